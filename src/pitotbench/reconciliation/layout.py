@@ -38,7 +38,13 @@ from pitotbench.reconciliation.residuals import (
     reference_state,
     slack,
 )
-from pitotbench.reconciliation.signatures import WHOLE_FLIGHT, Signature, signatures_of
+from pitotbench.reconciliation.signatures import (
+    WHOLE_FLIGHT,
+    Signature,
+    reads_gusts,
+    signatures_of,
+    typical_size,
+)
 from pitotbench.reconciliation.track import MARGIN, Grid, Track, mach_number, track_of
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
@@ -148,18 +154,34 @@ def lay_out(
     laid = _laid_out(checked, track, measured, aircraft, setting, effects)
     laid = replace(laid, curves=curves)
     for _ in range(VANE_ROUNDS):
-        sizes = fit_free_parameters(laid.residuals.values, laid.free, laid.used).sizes
-        again = without_vane_errors(laid, dict(zip(laid.free.names, sizes.tolist(), strict=True)))
+        again = without_vane_errors(laid, vane_errors(laid))
         if again is laid:
             break
         laid = again
     return laid
 
 
-def without_vane_errors(layout: Layout, sizes: Mapping[str, float]) -> Layout:
-    """Return a layout along the track without errors of the vanes of these sizes, by the name of
-    the free parameter, where others are ignored; the same object where that moves no vane, or one
-    is beyond what a vane can have.
+def vane_errors(layout: Layout) -> dict[str, float]:
+    """Return the errors of the vanes that a log shows beside the sizes of all effects, by the name
+    of the free parameter.
+
+    Without the effects beside it, a pitch stiffness that is half off would look like a vane.
+    """
+    every = layout.free.with_columns(
+        {
+            f"{s.effect} {s.parameter}": (s.column, typical_size(s))
+            for s in layout.signatures
+            if not reads_gusts(s.effect)
+        }
+    )
+    sizes = fit_free_parameters(layout.residuals.values, every, layout.used).sizes.tolist()
+    found = dict(zip(every.names, sizes, strict=True))
+    return {name: found[name] for name in VANE_PARAMETERS if name in found}
+
+
+def without_vane_errors(layout: Layout, angles: Mapping[str, float]) -> Layout:
+    """Return a layout along the track without errors of the vanes of these sizes; the same object
+    where that moves no vane, or one is beyond what a vane can have.
 
     Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like
     drag. Without a force meter nothing is done.
@@ -170,7 +192,6 @@ def without_vane_errors(layout: Layout, sizes: Mapping[str, float]) -> Layout:
     model = layout.reference.force_model
     if model is None:
         return layout
-    angles = {name: sizes[name] for name in VANE_PARAMETERS if name in sizes}
     bare = without_vane_angles(with_vane_angles(layout.track, layout.angles), angles)
     moved = [np.sqrt(np.mean((bare[n] - layout.track[n]) ** 2)) for n in ANGLE_SCALE if n in bare]
     possible = all(abs(v) < MOST_OFF[VANE_PARAMETERS[name][1]] for name, v in angles.items())

@@ -29,7 +29,7 @@ from pitotbench.reconciliation.evidence import (
     widest,
 )
 from pitotbench.reconciliation.formula import term_signatures
-from pitotbench.reconciliation.layout import Layout, without_vane_errors
+from pitotbench.reconciliation.layout import Layout, vane_errors, without_vane_errors
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.null_distribution import NullDistribution, size_label
 from pitotbench.reconciliation.null_learning import wander_of
@@ -626,16 +626,15 @@ def fitted_by(regression: Regression, without: Iterable[str] = ()) -> Fitted:
 
 
 def _with_vanes(original: Layout, block: Block, fitted: Fitted) -> Layout:
-    """A layout without the errors of the vanes that fit best together with all gaps; the same
-    object where they stay, or where a gap is one of the vanes.
+    """A layout without the errors of the vanes that the log shows as it is linearized in the block;
+    the same object where they stay, or where a gap is one of the vanes.
 
     A force is the product of a derivative and an angle. Each linearized for itself, a lift slope
     that is a quarter off and a vane whose scale is a tenth off leave an error of 2.5 % in the slope.
     """
     if any(not is_term(each.name) and reads_gusts(each.name) for each in fitted.members):
         return original
-    sizes = block.equations.free_sizes(fitted.fit_of(block).columns).tolist()
-    again = without_vane_errors(original, dict(zip(block.layout.free.names, sizes, strict=True)))
+    again = without_vane_errors(original, vane_errors(block.layout))
     if again is original:
         return original
     return with_parts_of_flight(placed_in_time(again, block.noise), block.noise)

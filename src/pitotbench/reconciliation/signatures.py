@@ -63,6 +63,11 @@ class Signature:
     shapes: Mapping[str, float] = field(default_factory=dict)
 
 
+def typical_size(signature: Signature) -> float:
+    """Return the typical size of an effect's parameter, without its sign."""
+    return abs(float(FITTED[signature.effect].parameter(signature.parameter).typical))
+
+
 def times_of(signature: Signature) -> tuple[tuple[str, float], ...]:
     """Return the fitted begin and end of an effect for a part of the flight [s], by name; () for
     any other.

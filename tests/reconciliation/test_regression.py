@@ -22,7 +22,7 @@ from pitotbench.reconciliation.evidence import Evidence, Prior, floored, weigh
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import NullEvidence, ScoreScale, size_label
-from pitotbench.reconciliation.regression import Found, Regression, fitted_by
+from pitotbench.reconciliation.regression import Found, Member, Regression, fitted_by
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
@@ -243,6 +243,25 @@ def test_what_null_flights_show_of_the_same_fit_is_no_gap() -> None:
     one = Regression([block_of(along, log, (), flights)]).fit()
     assert names(one[0]) == ["pitot_lag"]
     assert one[1].log_bayes_factor < THRESHOLDS.gap_bayes_factor
+
+
+def test_a_bound_holds_what_null_flights_seem_to_have_of_the_same_sizes() -> None:
+    """A tenth of both coefficients on every flight is in their bounds, and not in that of a lag."""
+    stiff, damped = ("pitch_stiffness", "change"), ("pitch_damping", "change")
+    along = {stiff: 100.0 * AXES[0], damped: 100.0 * AXES[1], LAG: 90.0 * AXES[2]}
+    pulled = -0.5 * (along[stiff] + along[damped])
+    flights = [pulled + each for each in DRAW.normal(size=(8, ROWS))]
+    log = 3.0 * (along[stiff] + along[damped] + along[LAG]) + pulled + NOISE
+    wide, narrow = (
+        Regression([block_of(along, log, (), each)]).sizes(
+            [Member(n, (i,), np.array([10.0])) for i, (n, _) in enumerate(along)]
+        )
+        for each in (flights, ())
+    )
+    typical = np.array([effect_of(e).parameter(name).typical for e, name in along])
+    before, after = (np.sqrt(np.diag(each.covariance)) / typical for each in (narrow, wide))
+    assert after[:2] == pytest.approx([0.5, 0.5], rel=0.1)
+    assert after[2] == pytest.approx(before[2], rel=0.3)
 
 
 def test_a_gap_of_one_moment_is_not_taken() -> None:

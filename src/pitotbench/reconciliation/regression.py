@@ -401,16 +401,33 @@ class Regression:
 
     def sizes(self, members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members of a fit, all at once, and after them those that their
-        forms leave open; a size that is both is the sum.
+        forms leave open; a size that is both is the sum. Their covariance includes what null
+        flights seem to have of the same sizes.
         """
         columns = [c for member in members for c in member.columns]
         found = self.evidence.of(columns, _deviations(members))
+        covariance = found.covariance + self._pull(columns)
         own = [c for member in members for c in self.columns[member.name]]
         kept = list(dict.fromkeys([*own, *columns]))
         sums = np.equal.outer(kept, columns).astype(np.float64)
         return Sizes(
-            tuple(self.keys[c] for c in kept), sums @ found.mean, sums @ found.covariance @ sums.T
+            tuple(self.keys[c] for c in kept), sums @ found.mean, sums @ covariance @ sums.T
         )
+
+    def _pull(self, columns: Sequence[int]) -> Array:
+        """What null flights seem to have of some sizes, fitted all at once, beyond the noise of
+        these fits, as a covariance (k, k).
+
+        Errors in measured angles and rates pull all coefficients of a moment at once.
+        """
+        wide = np.array([widest(self.keys[c]) for c in columns])
+        fits = [flight.of(columns, wide) for flight in self._null_flights]
+        if not fits or not columns:
+            return np.zeros((len(columns), len(columns)))
+        seen = np.mean([np.outer(f.mean, f.mean) - f.covariance for f in fits], axis=0)
+        power, axes = np.linalg.eigh(seen / np.outer(wide, wide))
+        turned = axes * wide[:, None]
+        return np.asarray((turned * np.maximum(power, 0.0)) @ turned.T)
 
     def shown_alone(self, numbers: Sequence[int], members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members that some of the logs show, by their numbers.

@@ -21,11 +21,6 @@ from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.pressure_error.models import PressureErrorModel
 from pitotbench.units import KNOT, Array, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
-# The predicted air data for a given ground velocity, wind and error curve, with the exact Jacobian.
-# The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity).
-# The parameters are θ = [k1 … kK, W_N, W_E (, W_D)], wind components in m/s toward north, east and
-# down.
-
 _NEWTON_STEPS = 8  # more are needed only where the error curve bends back on itself
 _BLOCK = 1 << 12  # rows: their arrays fill a part of a processor's cache
 _LAST_STEP = 1e-5  # of the impact pressure; the remaining error is about 1e-10 of it
@@ -59,6 +54,10 @@ class Prediction:
 @dataclass(frozen=True, slots=True)
 class PredictionModel:
     """The prediction to be fitted.
+
+    The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity).
+    The parameters are θ = [k1 … kK, W_N, W_E (, W_D)], wind components in m/s toward north, east
+    and down.
 
     `reference_pressure` [Pa] is q_ref of the error model. With `static_error` the error is that of
     the static source and changes the static pressure too. With `wind_down` the vertical wind is a
@@ -305,13 +304,6 @@ def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
     return np.asarray(points * KNOT)
 
 
-# The wind reported for a drifting wind: the mean over the rows of the log, not the level W of the
-# process. The wind is W + w(t), with w a Gauss-Markov process. The data determine its mean over the
-# flight far better than W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to
-# the estimate of W (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science 6,
-# 1991).
-
-
 def wind_by_circle(obs: Observations) -> Array:
     """Return the constant wind toward north and east that fits best without an error of the
     airspeed, (2,) [m/s].
@@ -414,6 +406,11 @@ def mean_wind(
 ) -> MeanWind:
     """The mean wind of a problem whose wind columns begin at `first`.
 
+    It is the mean over the rows of the log, not the level W of the process: the wind is W + w(t),
+    with w a Gauss-Markov process. The data determine its mean over the flight far better than W.
+    With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the estimate of W
+    (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science 6, 1991).
+
     Parameters: noise, which includes the process; problem; kernel (n,), see `kernel_means`;
     deviation, the standard deviation of the process [m/s]; first.
     """
@@ -429,11 +426,6 @@ def _at_least(matrix: Array, floor: float) -> Array:
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     return np.asarray((vectors * np.maximum(values, floor)) @ vectors.T)
 
-
-# The nuisances: quantities that are estimated together with the curve and the wind, each with its
-# prior. Every nuisance is one number with a mean of zero. Its effect on the predicted airspeed is
-# proportional to it. The first order is enough: an error of 3 K in the temperature changes the
-# airspeed by 0.5 %, and the neglected second order is below 0.003 % of the airspeed.
 
 # Wide priors of a wind that changes: by 5 m/s in ten minutes (`linear`), and in 300 m of height
 # (every wind but the constant one), is one standard deviation.
@@ -453,6 +445,11 @@ Change = Callable[[Observations], Array | float]
 @dataclass(frozen=True, slots=True)
 class Nuisance:
     """One unknown with a Gaussian prior of mean zero.
+
+    A nuisance is estimated together with the curve and the wind. It is one number with a mean of
+    zero, and its effect on the predicted airspeed is proportional to it. The first order is enough:
+    an error of 3 K in the temperature changes the airspeed by 0.5 %, and the neglected second order
+    is below 0.003 % of the airspeed.
 
     `name` ends in the unit and `deviation` is the prior's standard deviation in it. `column` gives
     the change of the predicted true airspeed per unit, (n,) [m/s]. `wind` is the axis (0 north, 1

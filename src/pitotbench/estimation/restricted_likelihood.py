@@ -1,5 +1,9 @@
 """Linear regression with correlated noise of unknown level and scale: restricted likelihood,
 posterior, mixture.
+
+y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the
+coefficients β and accounts for the degrees of freedom that they take. The noise parameters φ have a
+prior; their posterior is represented by its mode and a few nodes around it.
 """
 
 from collections.abc import Callable, Iterable
@@ -60,10 +64,6 @@ def _corners(dimensions: int) -> Array:
         :, :dimensions
     ]
 
-
-# y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the
-# coefficients β and accounts for the degrees of freedom that they take. The noise parameters φ have
-# a prior; their posterior is represented by its mode and a few nodes around it.
 
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
 _STEPS = 40  # of the search, at most

@@ -285,9 +285,6 @@ def _changes(draft: Draft, names: list[str]) -> Booleans:
     return np.asarray(np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0))
 
 
-# Check the rows of a log. Each check drops rows with a warning, or raises BadInputError.
-# Rows are counted from 1, which is the first row below the line of column names.
-
 _FEW = 0.01  # share of time stamps that may repeat
 # steps of a coarse clock: for longer it stands still, and a longer step is a pause
 _STANDS_STILL = 4.0

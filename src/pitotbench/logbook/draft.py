@@ -238,9 +238,6 @@ def name_rows(rows: NDArray[np.intp]) -> str:
     return f"row{'s' if len(rows) > 1 else ''} {', '.join(ranges[:_SHOWN_RANGES])}{more}"
 
 
-# Fill GPS columns that are blank between fixes: each fix is repeated until the next one.
-# A logger with one rate writes its file in this way.
-
 _SLOWEST = 2.0  # times the median number of rows between fixes: a longer blank is a failure, not a slow GPS
 _ODD = 0.05  # share of the intervals that may be longer or shorter: a failure now and then
 

@@ -279,9 +279,6 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
     return best, sign
 
 
-# Columns that say the same in two ways: an airspeed and an impact pressure, a height and a static
-# pressure. Where both are there, the one that needs no unit by guess tells the unit of the other.
-
 _AIRSPEED_AGREES = 0.05  # of the airspeed: a display shows the impact pressure of its own source
 _HEIGHT_AGREES = 250.0  # m, more than a static source errs; a unit errs by kilometers
 _PAIRS: tuple[tuple[str, tuple[str, ...], Callable[[Array], Array]], ...] = (
@@ -296,7 +293,11 @@ _PAIRS: tuple[tuple[str, tuple[str, ...], Callable[[Array], Array]], ...] = (
 
 def agreed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
     """Return the guesses, with the units of pressures that agree with a display; a pressure that
-    agrees in no unit is left out, because a raw or a smoothed count looks like one."""
+    agrees in no unit is left out, because a raw or a smoothed count looks like one.
+
+    An airspeed and an impact pressure, or a height and a static pressure, say the same in two ways.
+    Where both are there, the one that needs no unit by guess tells the unit of the other.
+    """
     by_quantity = {guess.quantity: guess for guess in chosen}
     result = list(chosen)
     for pressure, displays, converted in _PAIRS:
@@ -331,11 +332,6 @@ def _near(one: Array, other: Array, pressure: str) -> bool:
         return difference < _AIRSPEED_AGREES * float(np.median(other[known]))
     return difference < _HEIGHT_AGREES
 
-
-# Draft a mapping for a table of unknown names, and say how sure each line is. Each column goes to
-# the quantity that its name fits best. Where the file does not state a unit, the units in which the
-# values are possible are tried on the whole log: airspeed and ground speed, height and pressure
-# have to agree.
 
 _ROWS = 2000  # of a long log that are tried
 _MOST_TRIALS = 48
@@ -407,6 +403,10 @@ class DraftedMapping:
 
 def draft_mapping(table: Table) -> DraftedMapping:
     """Return a mapping for a table, as far as its columns can be recognized.
+
+    Each column goes to the quantity that its name fits best. Where the file does not state a unit,
+    the units in which the values are possible are tried on the whole log: airspeed and ground
+    speed, height and pressure have to agree.
 
     Raises BadInputError for a table of more than 1,000 columns, which would take minutes.
     """

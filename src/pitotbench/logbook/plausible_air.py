@@ -13,8 +13,6 @@ from pitotbench.records import BadInputError
 from pitotbench.records.log import Caution
 from pitotbench.units import SUFFIXES, Array, Booleans, Pascal, from_si, to_si
 
-# The limits of what a log may show, each with its reason, and what else two or more checks share.
-
 
 @dataclass(frozen=True, slots=True)
 class Limits:

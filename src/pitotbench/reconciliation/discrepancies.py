@@ -1,5 +1,11 @@
 """Smooth discrepancies of unknown form: how probable a log is where the cells of some channels have
 sizes that nobody has written down.
+
+A place has some hundred cells, and a fit asks for their evidence beside each hypothesis, in five
+sizes, at two powers of the likelihood. The cells are turned once into axes that are independent
+where nothing else is in the fit. What the members of a fit take from them is of low rank, so that
+each further question costs matrices of the members alone (Woodbury's identity and the determinant
+lemma: Rasmussen and Williams 2006, app. A.3).
 """
 
 from collections.abc import Sequence
@@ -10,12 +16,6 @@ import numpy as np
 from pitotbench.reconciliation.evidence import Beside, Evidence
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
-
-# A place has some hundred cells, and a fit asks for their evidence beside each hypothesis, in five
-# sizes, at two powers of the likelihood. The cells are turned once into axes that are independent
-# where nothing else is in the fit. What the members of a fit take from them is of low rank, so that
-# each further question costs matrices of the members alone (Woodbury's identity and the determinant
-# lemma: Rasmussen and Williams 2006, app. A.3).
 
 
 @dataclass(frozen=True, slots=True)

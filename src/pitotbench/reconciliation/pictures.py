@@ -86,8 +86,6 @@ def _moved(layout: Layout, fit: Fit) -> Array:
     return np.asarray(sum(each, np.zeros_like(layout.residuals.values)))
 
 
-# The data of the first picture of a reconciliation, and of its sentence on a calibration.
-
 # s: long enough to average the sensor noise, short enough for the phases of a maneuver
 AVERAGED = 4.0
 INSTANTS = 8  # the same, where they are close

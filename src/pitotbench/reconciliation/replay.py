@@ -171,9 +171,6 @@ def answer(react: React, motion: Motion) -> Array:
     return np.stack([getattr(reaction, name) for name in REACTION_NAMES], axis=1)
 
 
-# The change of the reaction by added functions of force, from unit forces: no force meter is needed
-# for it.
-
 ADDING = (
     "DRAG",
     "SIDE",
@@ -212,6 +209,8 @@ def properties_of_forces(baseline: Baseline) -> frozenset[str]:
 def added_forces(overlay: Overlay, units: UnitForces) -> Array:
     """Return the change of the reaction by an overlay of functions, (m, 12). The engines do not
     answer to it.
+
+    It comes from unit forces: no force meter is needed for it.
     """
     properties: dict[str, Array | float] = {**units.properties, **dict(overlay.sizes)}
     changes = [

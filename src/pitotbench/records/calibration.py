@@ -80,10 +80,6 @@ class OneSided:
     end: float
 
 
-# The result of a fixed-speed GPS method at one airspeed of a log: a point to compare with the
-# curve.
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedSpeedPoint:
     """One airspeed, one wind [m/s], from legs or a turn at constant airspeed.
@@ -244,16 +240,13 @@ class Residuals:
         freeze_arrays(self, len(self.time), "used")
 
 
-# What a fit finds beside the curve and the wind. The `key` of a field is its name in plain data,
-# with the unit.
-
-
 @dataclass(frozen=True, slots=True)
 class LatencyFound:
     """The latency of the GPS velocity that the log shows, its 2σ, and the part that was not taken
     out [s].
 
-    The 2σ is infinite where the log does not determine the latency.
+    The 2σ is infinite where the log does not determine the latency. The `key` of a field, here and
+    below, is its name in plain data, with the unit.
     """
 
     value: float = field(metadata={"key": "latency_s"})
@@ -342,9 +335,6 @@ class Scale:
     factor: float
     two_sigma: float
     units: tuple[str, ...] = ()
-
-
-# What an autopilot computes its airspeed with.
 
 
 @dataclass(frozen=True, slots=True)
@@ -497,9 +487,6 @@ class Calibration(Shown):
         `px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0`.
         """
         return cast(AutopilotSettings, views().params(self, autopilot))
-
-
-# One flight of a log with its calibration.
 
 
 @dataclass(frozen=True, slots=True)

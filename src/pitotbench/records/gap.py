@@ -10,8 +10,6 @@ from pitotbench.records.forecast import BriefedLeg
 from pitotbench.records.verdict import Gap, JoinedFlight, Verdict
 from pitotbench.units import Array, Booleans
 
-# A formula that describes a gap which the table of effects does not explain.
-
 
 @dataclass(frozen=True, slots=True)
 class FormulaTerm:

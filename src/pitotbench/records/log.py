@@ -14,8 +14,6 @@ from pitotbench.records import RecordError, Shown, freeze_arrays
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import KNOT, Array, Booleans
 
-# A warning, to which the finding behind it is attached.
-
 
 class Caution(str):
     """A warning: its text, and what a later step needs to find it again and to reword or withdraw
@@ -116,9 +114,6 @@ class FlightLog(Shown, Recorded):
         return len(self.time)
 
 
-# What a log holds and what can be learned from it, before anything is calibrated.
-
-
 @dataclass(frozen=True, slots=True)
 class HeldChannel:
     """A channel of a log: its name, its canonical unit, its 5 % and 95 % quantiles in that unit,
@@ -168,9 +163,6 @@ class LogInspection(Shown):
     wind_drifts: bool
     model: str
     warnings: tuple[Caution, ...]
-
-
-# What an answer was made from and with, for a record that is filed.
 
 
 @dataclass(frozen=True, slots=True)

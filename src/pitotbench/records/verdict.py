@@ -186,10 +186,6 @@ class Verdict:
         return tuple(dict.fromkeys(gap.part for gap in self.explained if gap.part_named))
 
 
-# One flight of several that were reconciled together: what it says alone, and how it agrees with
-# the others.
-
-
 @dataclass(frozen=True, slots=True)
 class OwnSize:
     """The size of an effect that one flight shows by itself; `apart` [σ] is its distance from that

@@ -91,9 +91,6 @@ def panel(
         return Panel(title, svg(figure, title), note)
 
 
-# The marks of a picture, in the units of the bench; `look` is what Matplotlib takes beside.
-
-
 def drawing(*marks: Mark) -> Mark:
     """Some marks as one, each above those before it."""
 

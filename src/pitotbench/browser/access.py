@@ -153,6 +153,6 @@ class Guarded(BokehTornado):  # type: ignore[misc]
             return self.get_handler_delegate(request, Entrance)
         if words or request.path in _NEVER:
             status = HTTPStatus.FORBIDDEN if words else HTTPStatus.NOT_FOUND
-            told = {"refusal": HTTPError(status, reason=words or "not here")}
-            return self.get_handler_delegate(request, Refused, told)
+            arguments = {"refusal": HTTPError(status, reason=words or "not here")}
+            return self.get_handler_delegate(request, Refused, arguments)
         return super().find_handler(request)

@@ -158,7 +158,7 @@ class Desk:
     def read_with(self, edited: Sequence[tuple[str, str]]) -> None:
         """Read the chosen log by the draft, of whose rows our name and unit were edited."""
         self.draft = [
-            (row[0], told, *row[2:]) for row, told in zip(self.draft, edited, strict=True)
+            (row[0], chosen, *row[2:]) for row, chosen in zip(self.draft, edited, strict=True)
         ]
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")

@@ -60,6 +60,6 @@ def _answer(desk: Desk) -> Plain | None:
 
 
 def _draft(desk: Desk) -> Plain | None:
-    rows = [[theirs, *told, *rest[::-1]] for theirs, told, _, *rest in desk.draft]
-    ours = {*CHANNELS, *(told[0] for _, told, *_ in desk.draft)} - {""}
+    rows = [[theirs, *chosen, *rest[::-1]] for theirs, chosen, _, *rest in desk.draft]
+    ours = {*CHANNELS, *(chosen[0] for _, chosen, *_ in desk.draft)} - {""}
     return {"rows": rows, "ours": sorted(ours), "units": sorted(SUFFIXES)} if rows else None

@@ -68,8 +68,8 @@ class Request(CalibrationRequest):
     def file_name(self, ending: str) -> str:
         """The name of a file with the answer: that of the first log, and the minutes used."""
         spans = [("from", self.begin), ("to", self.end), *(("without", s) for s in self.without)]
-        told = "".join(f"-{word}-{text.replace(':', 'm')}" for word, text in spans if text)
-        return f"{Path(self.logs[0].name).name.partition('.')[0]}{told}{ending}"
+        span = "".join(f"-{word}-{text.replace(':', 'm')}" for word, text in spans if text)
+        return f"{Path(self.logs[0].name).name.partition('.')[0]}{span}{ending}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +138,7 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
         path = place / each.file if place.is_dir() else place
         name = "".join(filter(str.isprintable, names.get(each.file, prefix + each.file)))
         book = bool(each.refusal) and is_published(path)
-        told = replace(
+        described = replace(
             each,
             file=name,
             refusal=each.refusal.replace(str(path), name),
@@ -146,7 +146,7 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
         )
         header = {} if each.refusal else _part(path, plain).header
         autopilot = autopilot_of(header.get(PARAMETERS, ()), header.get(SENSOR, 1))
-        held.append(Found(NamedFile(path, name), told, autopilot, SENSOR in header, book))
+        held.append(Found(NamedFile(path, name), described, autopilot, SENSOR in header, book))
     tell("found", tuple(held))
 
 

@@ -165,9 +165,9 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
     if verdict.kind != "plausible":
         caution = Caution(verdict.words, "curve size", size=verdict.worst)
         calibration = replace(calibration, warnings=(*calibration.warnings, caution))
-    told = [
+    broken = [
         Disagreement("pitot", str(each), 0.0, fatal=True)
         for each in log.cautions
         if each.code == BROKEN
     ]
-    return replace(calibration, disagreements=(*told, *calibration.disagreements))
+    return replace(calibration, disagreements=(*broken, *calibration.disagreements))

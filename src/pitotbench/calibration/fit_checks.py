@@ -235,8 +235,8 @@ def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> 
         f"{found}. The wind "
         "changed between its legs, or the curve does not describe this part of the flight"
     )
-    told = Disagreement("fixed_speed", words, abs(point.correction - value), fatal=False)
-    return replace(calibration, disagreements=(*calibration.disagreements, told))
+    finding = Disagreement("fixed_speed", words, abs(point.correction - value), fatal=False)
+    return replace(calibration, disagreements=(*calibration.disagreements, finding))
 
 
 def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[float, float]:
@@ -267,7 +267,7 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[
 
 _WASH_OVER = 30.0  # s: residuals within it share a gust and count as one
 _FEWEST_BLOCKS = 8
-# of full power: rms of power beside what airspeed explains, below which nothing is told
+# of full power: rms of power beside what airspeed explains, below which nothing is reported
 _OWN_POWER = 0.05
 
 

@@ -270,8 +270,8 @@ def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
         np.concatenate([getattr(each.residuals, name) for each in flights])
         for name in ("time", "indicated_airspeed", "airspeed")
     )
-    told = ("warnings", "winds", "parts", "left_out", "disagreements", "points")
-    lists: dict[str, Any] = {name: every(name) for name in told}
+    joined = ("warnings", "winds", "parts", "left_out", "disagreements", "points")
+    lists: dict[str, Any] = {name: every(name) for name in joined}
     return replace(
         first,
         wind=WindEstimate(mean("north"), mean("east")),

@@ -113,7 +113,7 @@ class UsableParts:
     reasons: tuple[str, ...]
 
     def less(self, left_out: Iterable[tuple[str, Booleans]]) -> "UsableParts":
-        """Leave out rows (n,) for further reasons; a reason that takes none is not told."""
+        """Leave out rows (n,) for further reasons; a reason that takes none is not reported."""
         rows, reasons = self.rows, self.reasons
         for why, out in left_out:
             if (rows & out).any():

@@ -302,7 +302,7 @@ def _white(
     """The good rows, the white fit to them, and the numbers of the rows left out, (k,).
 
     Output error knows no prior: for a model with one, the richest law that the log determines is
-    fitted, and told in the parameters of the model. Raises the NoAnswerError of the simplest law
+    fitted, in the parameters of the model. Raises the NoAnswerError of the simplest law
     where it determines none.
     """
     if not np.any(model.error.precisions):
@@ -316,11 +316,13 @@ def _white(
         except NoAnswerError as error:
             reasons.append(error)
             continue
-        return good, _told_by(model, law, fit), left_out
+        return good, _in_parameters_of(model, law, fit), left_out
     raise reasons[-1]
 
 
-def _told_by(model: PredictionModel, law: PredictionModel, fit: OutputErrorFit) -> OutputErrorFit:
+def _in_parameters_of(
+    model: PredictionModel, law: PredictionModel, fit: OutputErrorFit
+) -> OutputErrorFit:
     """A white fit of a law in the parameters of a smooth model."""
     assert isinstance(model.error, SmoothModel)
     x = np.geomspace(model.error.low, model.error.high)

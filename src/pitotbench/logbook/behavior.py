@@ -181,8 +181,8 @@ def _look_at_warmth(guess: Guess, values: Array, movement: Movement) -> Guess:
     rows = np.isfinite(values + movement.height)
     height = movement.height[rows]
     if len(height) < _FEWEST or np.subtract(*np.quantile(height, [0.95, 0.05])) < _HEIGHTS:
-        told = _OF_AIR.search(guess.theirs.lower())
-        return guess if told else replace(guess, doubt="is it the air's, or that of a box?")
+        of_air = _OF_AIR.search(guess.theirs.lower())
+        return guess if of_air else replace(guess, doubt="is it the air's, or that of a box?")
     # A log that climbs alone cannot tell the height from the hour, so the hour counts for nothing.
     slope = float(np.polyfit(height, to_si(values[rows], guess.units[0]), 1)[0])
     if _LAPSES[0] < slope < _LAPSES[1]:

@@ -422,7 +422,7 @@ def _variation(draft: Draft, name: str, consequence: str) -> Array:
     if variation is not None:
         known = np.degrees(variation[np.isfinite(variation)])
         words = f"made true by {draft.columns['magnetic_variation']!r}"
-        if len(known) and not any(words in told for told in draft.warnings):
+        if len(known) and not any(words in warning for warning in draft.warnings):
             draft.warnings.append(
                 f"what is magnetic is {words} ({known.min():.1f} to {known.max():.1f}°, east "
                 "positive)"

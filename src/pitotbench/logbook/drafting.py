@@ -659,8 +659,8 @@ def fill_units(table: Table) -> Table:
             and not (others and not QUANTITIES[guess.theirs].essential)
         ):
             named[guess.theirs] = guess.target()
-            told = ", or else ".join(guess.units)
-            notes.append(f"column {guess.theirs!r} states no unit: by its values {told}")
+            units = ", or else ".join(guess.units)
+            notes.append(f"column {guess.theirs!r} states no unit: by its values {units}")
     names = tuple(named.get(name, name) for name in table.names)
     return replace(table, names=names, warnings=tuple(notes))
 

@@ -62,10 +62,10 @@ def read_mapped(
     if files and files[0]:
         held = _parameters_beside(files[0], mapping.files[0].pattern, read_table)
     found: list[tuple[Table, str]] = []
-    sensor, told = 1, list[str]()
+    sensor, notes = 1, list[str]()
     if len(mapping.files) > 1:
-        sensor, base, told = chosen(_airspeed_sensors(mapping.files, tables), number)
-        tables[0] = replace(base, warnings=(*base.warnings, *told))
+        sensor, base, notes = chosen(_airspeed_sensors(mapping.files, tables), number)
+        tables[0] = replace(base, warnings=(*base.warnings, *notes))
     for entry, table in zip(mapping.files, tables, strict=True):
         if table is None or entry.another:  # an optional file that is absent, or another sensor
             continue
@@ -76,7 +76,7 @@ def read_mapped(
             renamed = rename(shown, entry)
             found.append((renamed if len(mapping.files) == 1 else components(renamed), entry.join))
     joined = found[0][0] if len(found) == 1 else join_tables(found[0][0], found[1:])
-    known = {**({PARAMETERS: stated} if stated else {}), **({SENSOR: sensor} if told else {})}
+    known = {**({PARAMETERS: stated} if stated else {}), **({SENSOR: sensor} if notes else {})}
     return replace(joined, header={**known, **joined.header})
 
 

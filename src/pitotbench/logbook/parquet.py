@@ -29,11 +29,11 @@ def read_parquet(path: Path) -> Table:
         metadata = parquet.read_metadata(path)
         require_few_columns(metadata.num_columns)
         groups = map(metadata.row_group, range(metadata.num_row_groups))
-        told = max(
+        unpacked = max(
             metadata.num_rows * metadata.num_columns,
             sum(g.total_byte_size for g in groups) / NUMBER,
         )
-        require_unpackable(told, path)
+        require_unpackable(unpacked, path)
         leaves = [*map(metadata.schema.column, range(metadata.num_columns))]
         # Of a text that repeats, a file holds one: so does the memory then.
         repeated = [leaf.path for leaf in leaves if _is_flat_text(leaf)]

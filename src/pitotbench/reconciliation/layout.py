@@ -52,7 +52,7 @@ VANE_ROUNDS = 3  # Gauss-Newton steps
 VANE_MOVED = 0.001
 MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its effects
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
-# a gap where the day is told; a free parameter where nobody told it
+# a gap where the day is stated; a free parameter where it is not
 DAY = "nonstandard_temperature"
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
 Curves = tuple[Mapping[str, float], ...]

@@ -91,8 +91,8 @@ AVERAGED = 4.0
 INSTANTS = 8  # the same, where they are close
 MARKED = 0.75  # quantile of the size of the gap from which a place is marked
 RESPONSE = 400  # instants after which an autoregression has forgotten an innovation
-FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
-SPEEDS = 25  # airspeeds at which the correction is told
+FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is reported
+SPEEDS = 25  # airspeeds at which the correction is reported
 TINY = 1e-30  # of a noise, so that it can be divided by
 DRAWN = (
     "airspeed",

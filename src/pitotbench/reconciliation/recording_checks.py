@@ -19,8 +19,8 @@ from pitotbench.units import Array, Booleans
 
 AIR_DATA = numbers_from("air")
 PRESSURES = ("impact_pressure", "static_pressure")
-SLOW_BUS = 2.0  # rows between new pressures, from which a slower bus is told
-LISTED = 3  # outages of the GPS whose times are told
+SLOW_BUS = 2.0  # rows between new pressures, from which a slower bus is reported
+LISTED = 3  # outages of the GPS whose times are reported
 
 
 @dataclass(frozen=True, slots=True)

@@ -179,10 +179,10 @@ def notes_of(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> 
     unseen = [n for n in hidden if n not in lacking]
     if unseen:
         seen = {e.part for n, e in plain.items() if n not in unseen}
-        told = dict.fromkeys(
+        named = dict.fromkeys(
             n if plain[n].part in seen else f"all of {plain[n].part}" for n in unseen
         )
-        yield "cannot be seen in the channels of this log: " + ", ".join(told)
+        yield "cannot be seen in the channels of this log: " + ", ".join(named)
     causes = [cause_of(found.member.name) for found in known]
     for other, effect in FITTED.items():
         if effect.one_model_with in causes:

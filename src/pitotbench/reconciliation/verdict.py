@@ -100,9 +100,9 @@ def judge(
         fitted = with_terms(fitted)
         shown, flights = _all_flights(names, fitted)
     refused = {own.effect for each in flights for own in each.own_sizes if is_apart(own)}
-    told = contradictions(flights)
+    notes = contradictions(flights)
     if fitted.gaps and fitted.gaps[0].member.name in refused:
-        refused, told = set(), []  # of the largest gap: an objection tells it
+        refused, notes = set(), []  # of the largest gap: an objection tells it
     refused |= set(_impossible(fitted))
     if refused:  # what flights do not share, or what cannot be, is no gap of them all
         fitted = fitted_by(fitted.regression, refused)
@@ -116,7 +116,7 @@ def judge(
             verdict,
             advice=flights_to_fly(verdict.kind, groups, maneuvers),
             closure_holdout=held,
-            notes=(*verdict.notes, *told),
+            notes=(*verdict.notes, *notes),
             checks=tuple(
                 replace(check, name=f"{check.name}, {name}" if len(names) > 1 else check.name)
                 for name, each in zip(names, shown, strict=True)
@@ -172,8 +172,8 @@ def _objections(
     closed, names = joined_closure(each.closure for each in shown), [m.name for m in fitted.members]
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     if names and closed.share < THRESHOLDS.closure_lowest and not by_chance:
-        told = f"{', '.join(names)} comes closest, but closes only {max(0.0, closed.share):.0%}"
-        yield Objection(f"{told} of the gap", withdraws=alone)
+        notes = f"{', '.join(names)} comes closest, but closes only {max(0.0, closed.share):.0%}"
+        yield Objection(f"{notes} of the gap", withdraws=alone)
 
 
 def _answer(
@@ -211,8 +211,8 @@ def _answer(
     if kind == "named" and not all(gap.named for gap in (*certain, *gaps)):
         kind = "one_of"
     if withdrawn and doubts:
-        told = ", ".join(m.name for m in fitted.members)
-        doubts = (*doubts, f"the name {told} is withdrawn")
+        notes = ", ".join(m.name for m in fitted.members)
+        doubts = (*doubts, f"the name {notes} is withdrawn")
     remains = kind in SURE and (shows_more or bool(unexplained) or len(known) < len(fitted.gaps))
     given = main.fit.columns if remains else ()
     located = [place for each in shown for place in each.located(given if each is main else ())]

@@ -35,7 +35,7 @@ class UndeterminedError(NoAnswerError):
 
 
 def error_words(error: BaseException) -> str:
-    """Return what a person is told of an error: its message, where it is one of ours."""
+    """Return the words of an error for a person: its message, where it is one of ours."""
     from numpy.linalg import LinAlgError  # NumPy takes longer to load than all the rest
 
     match error:

@@ -405,7 +405,7 @@ class Calibration(Shown):
     the fast airspeeds that were flown on one side of the compass only, at most one each.
     `log_start`: time of the first row of the file [s]. `autopilot`: the parameters in the log, None
     for another log.
-    `provenance`: the files and the choices behind the answer, where who asked for it told them.
+    `provenance`: the files and the choices behind the answer, where the caller stated them.
     """
 
     model: str

@@ -206,7 +206,7 @@ class Closing:
 
     `closed` is the share of the explainable gap that its patch closes in parts of the logs left
     out, after each round. `patched` are the gaps that were patched, with the sizes of all rounds
-    and what they close of the first gap; `told` are those that the logs show beside the patched
+    and what they close of the first gap; `reported` are those that the logs show beside the patched
     airplane: of sensors and the air, of a part of a flight, or too small. `coefficients` are
     those of the model's file that were patched. `verdict` is the answer with the
     patched airplane, `cut` the sizes that were patched at the end of their range, in
@@ -217,7 +217,7 @@ class Closing:
     aircraft: str
     closed: tuple[float, ...]
     patched: tuple[Gap, ...]
-    told: tuple[Gap, ...]
+    reported: tuple[Gap, ...]
     coefficients: tuple[Coefficient, ...]
     verdict: Verdict
     cut: tuple[str, ...] = ()
@@ -225,8 +225,8 @@ class Closing:
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
-        """The rows of its table: the gaps that were patched, then those that are told."""
-        return (*self.patched, *self.told)
+        """The rows of its table: the gaps that were patched, then those that are reported."""
+        return (*self.patched, *self.reported)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -230,10 +230,10 @@ class HeldFlight:
         if self.refusal:
             return f"{self.file}: not read: {self.refusal}"
         low, high = (speed / KNOT for speed in self.airspeeds)
-        told = [
+        facts = [
             self.start,
             self.airplane,
             f"{self.seconds / 60.0:.0f} min",
             f"{low:.0f} to {high:.0f} KIAS",
         ]
-        return f"{self.file}: {', '.join(filter(None, told))}"
+        return f"{self.file}: {', '.join(filter(None, facts))}"

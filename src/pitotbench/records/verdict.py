@@ -158,7 +158,7 @@ class Verdict:
 
     @property
     def explained(self) -> tuple[Gap, ...]:
-        """The gaps with causes of the table; none where no cause is told."""
+        """The gaps with causes of the table; none where no cause is reported."""
         return tuple(gap for gap in self.gaps if gap.part) if self.kind in SURE else ()
 
     @property
@@ -173,7 +173,7 @@ class Verdict:
 
     @property
     def parts(self) -> dict[str, float]:
-        """The probability of each part that is told, the most probable first."""
+        """The probability of each reported part, the most probable first."""
         found: dict[str, float] = {}
         for gap in self.gaps:
             if gap.part:

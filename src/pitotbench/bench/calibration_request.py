@@ -30,8 +30,8 @@ class NamedFile:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationRequest:
-    """What is asked beside the logs, in the texts of the flags of `calibrate`; empty where not
-    stated.
+    """What is asked in addition to the logs, in the texts of the flags of `calibrate`; empty where
+    not stated.
 
     The path of `mapping` is a file or a shipped name.
     """

@@ -36,7 +36,7 @@ _SHOWN_VALUES = 3  # of a column in the draft of a mapping
 
 @dataclass(frozen=True, slots=True)
 class Request(CalibrationRequest):
-    """What an answer is asked from: the logs, and what the command is asked beside them."""
+    """What an answer is asked from: the logs, and what else the command is asked."""
 
     logs: tuple[NamedFile, ...] = ()
     model: str = ""

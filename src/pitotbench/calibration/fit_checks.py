@@ -267,7 +267,7 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[
 
 _WASH_OVER = 30.0  # s: residuals within it share a gust and count as one
 _FEWEST_BLOCKS = 8
-# of full power: rms of power beside what airspeed explains, below which nothing is reported
+# of full power: rms of power not explained by airspeed, below which nothing is reported
 _OWN_POWER = 0.05
 
 

@@ -419,7 +419,7 @@ def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
 
 
 def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None) -> Reduction:
-    """The reduction with the answer of a located fit and what it found beside it."""
+    """The reduction with the answer of a located fit and what else it found."""
     structure, fit, obs = located.structure, located.fit, white.observations
     change, answer = None, located.answer
     stepped: tuple[Caution, ...] = ()

@@ -29,7 +29,7 @@ class ScaleLimits:
     zero: float = 100.0  # Pa, 2σ of the sensor's zero: that of an autopilot's sensor
     gain: float = 0.5  # of a factor, in logarithms: where the gain makes less, it is a zero
     half: float = 0.06  # of the factor, by which a sensor that reads half may differ
-    own: float = 0.02  # 2σ of an airplane's own position error beside a true airspeed
+    own: float = 0.02  # 2σ of an airplane's own position error, relative to a true airspeed
     dense: float = 0.04  # by which true and indicated airspeed must differ to be distinguished
 
 

@@ -72,8 +72,8 @@ def heading_rows(
     ground = np.stack([obs.velocity_north, obs.velocity_east], axis=1)
     east, north = (blocks.mean(right) * [-1.0, 1.0]).T
     turn = np.abs(np.gradient(np.unwrap(np.arctan2(east, north)), blocks.length)) > _STRAIGHT
-    beside = turn | np.append(turn[1:], False) | np.append(False, turn[:-1])
-    straight = np.flatnonzero(~beside)
+    near_turn = turn | np.append(turn[1:], False) | np.append(False, turn[:-1])
+    straight = np.flatnonzero(~near_turn)
     if len(straight) < _FEWEST:
         return None
     time = blocks.intervals.edges[blocks.intervals.left[straight]]
@@ -177,7 +177,7 @@ class _Shapes:
 def check_wind(
     structure: Structure, every: Observations, fit: CoveringFit, answer: Posterior
 ) -> tuple[WindChange | None, Posterior]:
-    """Weigh changes of the wind beside the constant wind of a fit, and average its answer over
+    """Weigh changes of the wind against the constant wind of a fit, and average its answer over
     them.
 
     The answer is averaged over a constant wind and over changes of it, each with its probability

@@ -39,7 +39,7 @@ class Table:
     warnings: tuple[str, ...] = ()
     units: tuple[
         str, ...
-    ] = ()  # of each column, as a line of units beside that of the names states them
+    ] = ()  # of each column, as a line of units below that of the names states them
 
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
@@ -226,9 +226,9 @@ CONVERTED = (
     Channel("", "clock", 0.0, 0.0, kind="text", name="utc_offset"),
 )
 QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
-# Many logs hold these beside what is needed, with units of their own: without a known one they are
+# Many logs hold these as well, with units of their own: without a known one they are
 # not read.
-BESIDE = ("true_airspeed", "mach", "latitude", "longitude", "utc_offset")
+OPTIONAL = ("true_airspeed", "mach", "latitude", "longitude", "utc_offset")
 _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
 
 
@@ -246,7 +246,7 @@ def parse_column(column: str) -> tuple[Channel, str] | None:
         if rest == column or (rest and (rest[0] != "_" or "_" in rest[1:])):
             continue
         quantity, suffix = QUANTITIES[name], rest[1:]
-        if name in BESIDE and suffix not in (quantity.suffixes or [""]):
+        if name in OPTIONAL and suffix not in (quantity.suffixes or [""]):
             return None
         _check_suffix(column, quantity, suffix)
         return quantity, suffix

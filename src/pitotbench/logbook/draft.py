@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pitotbench.channels import Channel, numbers_from
 from pitotbench.logbook.columns import (
-    BESIDE,
+    OPTIONAL,
     QUANTITIES,
     Column,
     Table,
@@ -154,8 +154,8 @@ def draft_of(table: Table) -> Draft:
         if parsed is not None and counts[name] > 1:
             raise BadInputError(f"column {name!r} is given twice; keep one")
         # Texts in a column that most logs do not need are another way to write it than ours.
-        beside = parsed and parsed[0].name in BESIDE and parsed[0].kind == "number"
-        if parsed is None or (beside and column.dtype.kind not in "fiub"):
+        optional = parsed and parsed[0].name in OPTIONAL and parsed[0].kind == "number"
+        if parsed is None or (optional and column.dtype.kind not in "fiub"):
             draft.strangers.append(name)
             continue
         quantity, suffix = parsed

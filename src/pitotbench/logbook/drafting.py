@@ -75,7 +75,7 @@ _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
 def guesses(name: str, unit: str, column: Column) -> list[Guess]:
     """Return what a column may be, the best first; nothing for a column that fits no quantity.
 
-    `unit` is what the file states beside the names, or empty.
+    `unit` is what the file states next to the names, or empty.
     """
     if is_clock(column):
         score = 0.0
@@ -351,7 +351,7 @@ _NEEDED = (
     ("velocity_north", "ground_speed", "latitude"),
     ("velocity_east", "track", "magnetic_track", "longitude"),
 )
-_SUPERSEDED = {  # a quantity that is not needed beside others
+_SUPERSEDED = {  # a quantity that is not needed where others are there
     "indicated_airspeed": ("impact_pressure", "total_pressure"),
     "calibrated_airspeed": ("impact_pressure", "total_pressure", "indicated_airspeed"),
     "mach": AIRSPEEDS,
@@ -427,10 +427,10 @@ def draft_mapping(table: Table) -> DraftedMapping:
     chosen = _without_superseded(agreed(table, judged(table, _one_each(offered))))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
     fitted = judged(table, fitted)  # now that more units are known
-    beside = {guess.quantity: guess.theirs for guess in fitted}
+    by_quantity = {guess.quantity: guess.theirs for guess in fitted}
     lines = (
         *(
-            DraftedLine(guess, _question(guess, _rivals(guess, offered), beside))
+            DraftedLine(guess, _question(guess, _rivals(guess, offered), by_quantity))
             for guess in fitted
         ),
         *_more_sensors(fitted, offered),
@@ -483,7 +483,7 @@ def _without_superseded(chosen: list[Guess]) -> list[Guess]:
         others = _DIRECTED if here.issuperset(_POSITIONS) else ()
         dropped = (*_COMPONENTS, *(_POSITIONS if directed else others))
         dropped = dropped if directed or others else ()
-    unneeded = {name for name, beside in _SUPERSEDED.items() if not here.isdisjoint(beside)}
+    unneeded = {name for name, better in _SUPERSEDED.items() if not here.isdisjoint(better)}
     return _with_a_height([g for g in chosen if g.quantity not in unneeded.union(dropped)])
 
 
@@ -593,11 +593,11 @@ def _more_sensors(fitted: Sequence[Guess], offered: Sequence[list[Guess]]) -> It
                 yield DraftedLine(numbered, f"is this a sensor beside {first.theirs!r}?")
 
 
-def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) -> str:
-    """Return what to ask about a line; empty for one that is sure. `beside` holds the columns by
-    quantity.
+def _question(guess: Guess, rivals: Sequence[str], by_quantity: Mapping[str, str]) -> str:
+    """Return what to ask about a line; empty for one that is sure. `by_quantity` holds the columns
+    by quantity.
     """
-    variation = beside.get("magnetic_variation", beside.get("magnetic_track"))
+    variation = by_quantity.get("magnetic_variation", by_quantity.get("magnetic_track"))
     if (
         variation
         and guess.quantity in ("track", "heading")
@@ -607,8 +607,8 @@ def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) ->
             f"is it true, or magnetic as {variation!r} beside it suggests "
             f"(magnetic_{guess.quantity}_deg)?"
         )
-    if (guess.quantity == "indicated_altitude" and "altimeter_setting" not in beside) or (
-        guess.quantity == "altitude" and not set(_NEEDED[2]) & set(beside)
+    if (guess.quantity == "indicated_altitude" and "altimeter_setting" not in by_quantity) or (
+        guess.quantity == "altitude" and not set(_NEEDED[2]) & set(by_quantity)
     ):
         return (
             "is it the height by GPS, or a pressure altitude "

@@ -50,8 +50,8 @@ def read_mapped(
 
     `read_table` reads one file. Of several airspeed sensors the table has that of the `number`,
     counted from 1, the first for None. The pressures of an autopilot are those of the airspeed that
-    it showed (`as_shown`), with the parameters of the log, of a table of them beside it, or `stated`.
-    Raises BadInputError for a file or column that is missing or ambiguous.
+    it showed (`as_shown`), with the parameters of the log, of a table of them in its folder, or
+    `stated`. Raises BadInputError for a file or column that is missing or ambiguous.
     """
     topics = topics_of(path)
     files = [] if topics else find_files(path, mapping)
@@ -60,7 +60,7 @@ def read_mapped(
         with within(file.name if file else ""):
             tables.append(read_table(file) if file else None)
     if files and files[0]:
-        held = _parameters_beside(files[0], mapping.files[0].pattern, read_table)
+        held = _parameters_of_table(files[0], mapping.files[0].pattern, read_table)
     found: list[tuple[Table, str]] = []
     sensor, notes = 1, list[str]()
     if len(mapping.files) > 1:
@@ -110,15 +110,15 @@ def _airspeed_sensors(
     return found
 
 
-def _parameters_beside(file: Path, pattern: str, read_table: ReadTable) -> dict[str, Any]:
+def _parameters_of_table(file: Path, pattern: str, read_table: ReadTable) -> dict[str, Any]:
     """Return the parameters of the table `*PARM.csv` beside the first file of a log, by name; none
     where there is none.
     """
-    beside = file.with_name(f"{file.name.removesuffix(pattern.rpartition('*')[2])}PARM.csv")
-    if not beside.is_file():
+    parameter_file = file.with_name(f"{file.name.removesuffix(pattern.rpartition('*')[2])}PARM.csv")
+    if not parameter_file.is_file():
         return {}
-    with within(beside.name):
-        table = read_table(beside)
+    with within(parameter_file.name):
+        table = read_table(parameter_file)
         return dict(zip(table.column("Name"), numbers("Value", table.column("Value")), strict=True))
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pitotbench.catalog import Catalog
-from pitotbench.effects import terms_beside
+from pitotbench.effects import additional_terms
 from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
@@ -185,7 +185,7 @@ def without_vane_errors(layout: Layout, sizes: Mapping[str, float]) -> Layout:
 
 def hypotheses(aircraft: AircraftModel | None, setting: AnalysisSetting) -> Catalog[Effect]:
     """Return the effects of the table and, as a setting says, the terms of an aircraft's file."""
-    own = terms_beside(aircraft.baseline) if aircraft is not None and setting.terms else ()
+    own = additional_terms(aircraft.baseline) if aircraft is not None and setting.terms else ()
     return Catalog("effect", {**WHOLE_FLIGHT, **{term.name: term for term in own}})
 
 

@@ -51,7 +51,7 @@ def is_apart(own: OwnSize) -> bool:
 def flights_of(
     names: Sequence[str], fitted: Fitted, shown: Sequence[ShownFlight]
 ) -> tuple[JoinedFlight, ...]:
-    """What each flight says; of several, what it says alone and beside the others."""
+    """What each flight says; of several, what it says alone and with the others."""
     several, found = len(shown) > 1, []
     for number, (name, each) in enumerate(zip(names, shown, strict=True)):
         gaps, left = [*fitted.gaps], fitted.left

@@ -99,7 +99,7 @@ DRAWN = (
     "bank",
     "altitude",
     "power",
-)  # variables over which the gap is drawn, beside acceleration
+)  # variables over which the gap is drawn, in addition to acceleration
 # Where a person looks for a gap of a part: its channels, of which the clearest is drawn. Of other
 # parts, any.
 _AIRSPEED = ("airspeed_along",)

@@ -41,7 +41,7 @@ from pitotbench.records.verdict import (
 @dataclass(frozen=True, slots=True)
 class ShownFlight:
     """What one flight shows: the gaps as a fit of it and what they close, what was counted, other
-    gusts than those of the card, and the channels that wander or have a line beside.
+    gusts than those of the card, and the channels that wander or have a line.
 
     `outweighs`: these are larger than a share of what the gaps explain.
     """
@@ -75,11 +75,13 @@ def show_flight(block: Block, fitted: Fitted) -> ShownFlight:
         wander = () if gusts else wandering_channels(explained, layout, null, by)
         return (*wander, *periodic_channels(explained, null, by))
 
-    counted, beside = layout.checked.effects, unexplained(fit.gain)
+    counted, unexplained_places = layout.checked.effects, unexplained(fit.gain)
     larger = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * fit.gain
-    outweighs = bool(beside) and not counted and (not fit.columns or bool(unexplained(larger)))
+    outweighs = (
+        bool(unexplained_places) and not counted and (not fit.columns or bool(unexplained(larger)))
+    )
     closure = closure_of(block.equations, fit.columns, fit.sizes.tolist(), layout.examined)
-    return ShownFlight(block, fit, closure, (*counted, *gusts), beside, outweighs)
+    return ShownFlight(block, fit, closure, (*counted, *gusts), unexplained_places, outweighs)
 
 
 def largest_gap(shown: Sequence[ShownFlight]) -> ShownFlight:

@@ -276,7 +276,7 @@ WHOLE_FLIGHT: Catalog[Effect] = Catalog(
     "effect", {n: form for n, form in FITTED.items() if not form.part_of}
 )
 
-# Told by the level of the gusts, beside the effects that are fitted.
+# Found by the level of the gusts, in addition to the effects that are fitted.
 GUSTS = ("turbulence_level", "turbulence_scale")
 
 EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its time in the flight

@@ -271,8 +271,10 @@ def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float) -> Gap:
     """
     closure = main.closure
     given = [m for m in fitted.members if m is not found.member]
-    own, beside = (fitted.regression.shown_columns(main.block, m) for m in ([found.member], given))
-    gain = main.block.equations.fit(own, beside).gain if own else 0.0
+    own, other_columns = (
+        fitted.regression.shown_columns(main.block, m) for m in ([found.member], given)
+    )
+    gain = main.block.equations.fit(own, other_columns).gain if own else 0.0
     closed = gain / max(closure.before - closure.noise, gain, 1.0)
     ranked = list(found.causes)
     if is_term(found.member.name):
@@ -308,12 +310,12 @@ def _form(found: Found, cause: str) -> str:
 def _candidate(
     fitted: Fitted, main: ShownFlight, found: Found, name: str, probability: float
 ) -> Candidate:
-    """A hypothesis in the place of a gap, at its sizes beside the other gaps."""
+    """A hypothesis in the place of a gap, at its sizes given the other gaps."""
     block, regression = main.block, fitted.regression
     others = [m for m in fitted.members if m is not found.member]
     own = regression.shown_columns(block, [Member(name, (), np.zeros(0))])
-    beside = regression.shown_columns(block, others)
-    fit = block.equations.fit(own, beside)
+    other_columns = regression.shown_columns(block, others)
+    fit = block.equations.fit(own, other_columns)
     if name == found.member.name:
         keys = [block.keys[c] for c in own] or keys_of(name, regression.keys)
         shared = fitted.sizes.among(keys)
@@ -340,12 +342,20 @@ def _certain(shown: Sequence[ShownFlight]) -> list[Gap]:
     """Gaps without a posterior: faults that were counted, and the level of the turbulence."""
     found = {c.name: c for each in shown for c in each.certain}
     return [
-        Gap(effect_of(c.name).part, 1.0, (c, *_beside(c)), not _beside(c), True, 0.0, 0.0)
+        Gap(
+            effect_of(c.name).part,
+            1.0,
+            (c, *_gusts_of_another_scale(c)),
+            not _gusts_of_another_scale(c),
+            True,
+            0.0,
+            0.0,
+        )
         for c in found.values()
     ]
 
 
-def _beside(each: Candidate) -> tuple[Candidate, ...]:
+def _gusts_of_another_scale(each: Candidate) -> tuple[Candidate, ...]:
     """Gusts of another level may be of another scale."""
     other = each.name == "turbulence_level"
     return (Candidate("turbulence_scale", (), each.score, 0.0),) if other else ()

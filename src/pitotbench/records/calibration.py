@@ -304,7 +304,8 @@ class HeightFound:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostics:
-    """What a fit found beside the curve and the wind; None or empty for what was not looked for.
+    """What a fit found in addition to the curve and the wind; None or empty for what was not looked
+    for.
 
     `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty
     rows of the log. `height_agreement` is the probability that wind triangle and height differ

@@ -17,7 +17,7 @@ class FormulaTerm:
 
     `effect` and `size` are the entry of a case file: the name of the formula's effect, and the
     coefficient with its bound, in the unit of its name. `quantity`, `symbol` and `unit` say what is
-    corrected, `term` what it follows. `significance` [σ] is that of the term beside the others.
+    corrected, `term` what it follows. `significance` [σ] is that of the term given the others.
     `alternatives` are other terms, in words, with which the log would be explained as well.
     """
 
@@ -34,11 +34,11 @@ class FormulaTerm:
 @dataclass(frozen=True, slots=True)
 class FoundFormula:
     """The formula of what no effect of the table explains: its terms, and the names of the effects
-    beside it.
+    that are fitted with it.
     """
 
     terms: tuple[FormulaTerm, ...]
-    beside: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,12 +206,12 @@ class Closing:
 
     `closed` is the share of the explainable gap that its patch closes in parts of the logs left
     out, after each round. `patched` are the gaps that were patched, with the sizes of all rounds
-    and what they close of the first gap; `reported` are those that the logs show beside the patched
-    airplane: of sensors and the air, of a part of a flight, or too small. `coefficients` are
-    those of the model's file that were patched. `verdict` is the answer with the
-    patched airplane, `cut` the sizes that were patched at the end of their range, in
-    sentences, `closure_holdout` the share that the patch closes of the held-out log. Without
-    a round the airplane is not written.
+    and what they close of the first gap; `reported` are those that the logs show in addition to the
+    patched airplane: of sensors and the air, of a part of a flight, or too small. `coefficients`
+    are those of the model's file that were patched. `verdict` is the answer with the patched
+    airplane, `cut` the sizes that were patched at the end of their range, in sentences,
+    `closure_holdout` the share that the patch closes of the held-out log. Without a round the
+    airplane is not written.
     """
 
     aircraft: str

@@ -109,12 +109,12 @@ class FreeSize:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """One of the gaps of an answer, each beside all others.
+    """One of the gaps of an answer, each fitted with all others.
 
     `part` is what a mechanic looks at, with its `probability`; empty for a formula. `causes` are
     those of the smallest set that holds the gap, the most probable first, and a single one where it
     is `named`. `part_named` says whether the part is. `closes` is the share of the explainable gap
-    of the log with the largest gap that this one explains beside the others, `closes_held_out` that
+    of the log with the largest gap that this one explains given the others, `closes_held_out` that
     in parts of the logs to which its size was not fitted.
     """
 
@@ -136,7 +136,7 @@ class Verdict:
     of the table, without a gap that the log shows as well; the causes may act together, so they do
     not sum to 1.
     `log_bayes_factor` is the logarithm of the Bayes factor of the largest gap against none.
-    `remains` says whether something significant is left beside the gaps. `doubts` are the checks
+    `remains` says whether something significant is left after the gaps. `doubts` are the checks
     that speak against them. `free` are unknowns of the logs far beyond their priors.
     """
 

@@ -33,8 +33,8 @@ MEANINGS = {
 def formula_sentences(formula: FoundFormula) -> list[str]:
     """What a formula says, and what would do as well."""
     left = (
-        f"Beside {listed([words(n) for n in formula.beside])}, the gap"
-        if formula.beside
+        f"Beside {listed([words(n) for n in formula.effects])}, the gap"
+        if formula.effects
         else "The gap"
     )
     meanings = [
@@ -106,7 +106,7 @@ def effect_words(effect: Candidate, *more: str) -> str:
     """An effect with its clear sizes, the times at which it begins and ends, and more to say of
     it.
 
-    A size within its bound of zero is left out beside one that is not.
+    A size within its bound of zero is left out where another is not.
     """
     clear = [s for s in effect.sizes if abs(s.value) > s.two_sigma] or effect.sizes
     sizes = [size_words(s.name, s.value, s.two_sigma) for s in clear]

@@ -32,7 +32,7 @@ from pitotbench.cli import open as open_command
 from pitotbench.cli.app import command_line
 from pitotbench.logbook import bundle
 from pitotbench.records import BadInputError
-from pitotbench.records.log import HeldFlight
+from pitotbench.records.log import FlightSummary
 from pitotbench.show.reader_units import BENCH
 
 PAGE = Path(page_server.__file__).parent / "page"
@@ -284,7 +284,7 @@ def test_a_zip_that_unpacks_to_too_much_is_refused(
 
 
 def found(name: str, refusal: str = "") -> Found:
-    return Found(NamedFile(Path(f"/nowhere/{name}"), name), HeldFlight(name, refusal))
+    return Found(NamedFile(Path(f"/nowhere/{name}"), name), FlightSummary(name, refusal))
 
 
 def test_a_newer_choice_gives_an_older_question_up() -> None:

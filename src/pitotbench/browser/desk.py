@@ -26,7 +26,7 @@ from pitotbench.browser.work import (
 )
 from pitotbench.browser.workers import Workers
 from pitotbench.logbook.bundle import ZIP
-from pitotbench.records.log import HeldFlight
+from pitotbench.records.log import FlightSummary
 from pitotbench.show.reader_units import reader_units
 
 _SETTLE = 0.05  # s that a choice must stand before it is computed
@@ -105,7 +105,7 @@ class Desk:
 
         def then(name: str, reply: Any) -> None:
             if name == "refusal":
-                reply = (Found(NamedFile(place, shown), HeldFlight(shown, reply)),)
+                reply = (Found(NamedFile(place, shown), FlightSummary(shown, reply)),)
             places = range(len(self.found), len(self.found) + len(reply))
             self.found += reply
             self.store.known += [each.log for each in reply]

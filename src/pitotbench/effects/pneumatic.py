@@ -165,7 +165,7 @@ def play(values: Array, width: float) -> Array:
     Where the input turns back, the output stays until the input has moved by a whole width.
     """
     half = 0.5 * width
-    followed = accumulate(values.tolist(), lambda held, u: min(max(held, u - half), u + half))
+    followed = accumulate(values.tolist(), lambda output, u: min(max(output, u - half), u + half))
     return np.fromiter(followed, dtype=np.float64, count=len(values))
 
 

@@ -67,19 +67,19 @@ def judged(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
 
 def _movement(table: Table, found: Mapping[str, Guess]) -> Movement | None:
     certain = [name for name in _MOVES if name in found and len(found[name].units) == 1]
-    held = {name: found[name].values(table) for name in certain}
-    if "time" not in held or len(held["time"]) < _FEWEST:
+    known = {name: found[name].values(table) for name in certain}
+    if "time" not in known or len(known["time"]) < _FEWEST:
         return None
-    time = held["time"]
-    if "static_pressure" in held:
-        low = np.maximum(held["static_pressure"], 1.0)
-        held["pressure_altitude"] = np.asarray(air.pressure_altitude(low))
+    time = known["time"]
+    if "static_pressure" in known:
+        low = np.maximum(known["static_pressure"], 1.0)
+        known["pressure_altitude"] = np.asarray(air.pressure_altitude(low))
     nothing = np.full(len(time), np.nan)
-    height = held.get("pressure_altitude", held.get("altitude", nothing))
-    velocity = held.get("velocity_north", nothing), held.get("velocity_east", nothing)
-    absolute = {"latitude", "longitude"} <= held.keys()
+    height = known.get("pressure_altitude", known.get("altitude", nothing))
+    velocity = known.get("velocity_north", nothing), known.get("velocity_east", nothing)
+    absolute = {"latitude", "longitude"} <= known.keys()
     if absolute:
-        latitude, longitude = held["latitude"], np.unwrap(np.nan_to_num(held["longitude"]))
+        latitude, longitude = known["latitude"], np.unwrap(np.nan_to_num(known["longitude"]))
         velocity = (
             _EARTH * _rate(time, latitude),
             _EARTH * _rate(time, longitude) * np.cos(latitude),

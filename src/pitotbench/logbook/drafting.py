@@ -682,8 +682,8 @@ def mapping_text(drafted: DraftedMapping, log: str) -> str:
     body = [_line(line) for line in drafted.lines]
     # A line break would end the comment.
     unused = [
-        f"# Not used: {' '.join(name.split())}: {held}"
-        for name, held in zip(drafted.unused, drafted.ranges, strict=True)
+        f"# Not used: {' '.join(name.split())}: {values}"
+        for name, values in zip(drafted.unused, drafted.ranges, strict=True)
         if name
     ]
     more = len(unused) - _SHOWN

@@ -55,12 +55,12 @@ def read_mapped(
     """
     topics = topics_of(path)
     files = [] if topics else find_files(path, mapping)
-    tables, held = topics.read(path, mapping.files) if topics else ([], {})
+    tables, parameters = topics.read(path, mapping.files) if topics else ([], {})
     for file in files:
         with within(file.name if file else ""):
             tables.append(read_table(file) if file else None)
     if files and files[0]:
-        held = _parameters_of_table(files[0], mapping.files[0].pattern, read_table)
+        parameters = _parameters_of_table(files[0], mapping.files[0].pattern, read_table)
     found: list[tuple[Table, str]] = []
     sensor, notes = 1, list[str]()
     if len(mapping.files) > 1:
@@ -71,7 +71,9 @@ def read_mapped(
             continue
         with within(entry.pattern if len(mapping.files) > 1 else "mapping"):
             shown = as_shown(
-                next(iter(_sensors(table).values()), table), {**held, **(stated or {})}, sensor
+                next(iter(_sensors(table).values()), table),
+                {**parameters, **(stated or {})},
+                sensor,
             )
             renamed = rename(shown, entry)
             found.append((renamed if len(mapping.files) == 1 else components(renamed), entry.join))
@@ -103,8 +105,8 @@ def _airspeed_sensors(
     found: dict[int, tuple[str, Table]] = {}
     for entry, table in zip(files, tables, strict=True):
         if table is not None and (entry is files[0] or entry.another):
-            name, held = entry.pattern.removeprefix("*").removesuffix(".csv"), _sensors(table)
-            for number, each in held.items():
+            name, sensors = entry.pattern.removeprefix("*").removesuffix(".csv"), _sensors(table)
+            for number, each in sensors.items():
                 place = number if entry is files[0] else 1 + max(found, default=0)
                 found[place] = (f"{name}[{number - 1}]" if _INSTANCE in table.names else name, each)
     return found
@@ -252,20 +254,20 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     warnings = list(base.warnings)
     for (table, join), clock in zip(others, clocks, strict=True):
         warnings += table.warnings
-        held = np.arange(int(inside.sum()))
+        rows = np.arange(int(inside.sum()))
         if (
             join == "linear"
             and any(name.startswith("velocity_north_") for name in table.names)
             and FRESH not in names
         ):
-            fresh, held = _fixes(time[inside], clock)
+            fresh, rows = _fixes(time[inside], clock)
             names.append(FRESH)
             columns.append(fresh)
         for name, column in zip(table.names, table.columns, strict=True):
             # The clock of another file has served; the joined table has the clock of the base.
             if not name.startswith("time_"):
                 names.append(name)
-                columns.append(_at(time[inside], clock, name, column, join)[held])
+                columns.append(_at(time[inside], clock, name, column, join)[rows])
     header = {key: value for table, _ in others for key, value in table.header.items()}
     return Table(tuple(names), tuple(columns), {**header, **base.header}, tuple(warnings))
 

@@ -62,9 +62,11 @@ def _table(file: Any, wide: set[str], path: Path) -> "pa.Table":
     for batch in file.iter_batches(columns=kept.names):
         batches.append(batch)
         values += batch.num_rows * batch.num_columns
-        held = [c.dictionary for c in batch.columns if pa.types.is_dictionary(c.type)]
+        dictionaries = [c.dictionary for c in batch.columns if pa.types.is_dictionary(c.type)]
         # The parts of a column share its texts.
-        texts |= {part.address: part.size for each in held for part in each.buffers() if part}
+        texts |= {
+            part.address: part.size for each in dictionaries for part in each.buffers() if part
+        }
         require_unpackable(values + sum(texts.values()) / NUMBER, path)
     return pa.Table.from_batches(batches, batches[0].schema if batches else kept)
 

@@ -59,11 +59,11 @@ def joined_closure(closures: Iterable[Closure]) -> Closure:
     return Closure(*(sum(getattr(c, n) for c in every) for n in ("before", "after", "noise")))
 
 
-def closes(held: Closure) -> bool:
+def closes(closure: Closure) -> bool:
     """Whether effects close enough of the gap of a log that their sizes were not fitted to.
 
     They do where what is left of the gap is within chance: a log that shows little of an effect
     says little of it, and so do sizes that are hardly known.
     """
-    by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * held.chance
-    return held.share >= THRESHOLDS.closure_lowest or held.after - held.noise < by_chance
+    by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * closure.chance
+    return closure.share >= THRESHOLDS.closure_lowest or closure.after - closure.noise < by_chance

@@ -97,8 +97,10 @@ def holding(causes: dict[str, float]) -> tuple[str, ...]:
     """Return the causes of the smallest set that holds a gap, of causes with the most probable
     first.
     """
-    held = np.cumsum([*causes.values()])
-    return tuple(causes)[: 1 + int(np.searchsorted(held, THRESHOLDS.set_holds * held[-1]))]
+    cumulative = np.cumsum([*causes.values()])
+    return tuple(causes)[
+        : 1 + int(np.searchsorted(cumulative, THRESHOLDS.set_holds * cumulative[-1]))
+    ]
 
 
 def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None:

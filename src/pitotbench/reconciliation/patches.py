@@ -75,9 +75,9 @@ def _sizes(effect: Candidate) -> dict[str, float]:
     is 0.
     """
     own = effect_of(effect.name)
-    held = {s.name: own.parameter(s.name).within(s.value) for s in effect.sizes}
+    limited = {s.name: own.parameter(s.name).within(s.value) for s in effect.sizes}
     stated = {p.name: 0.0 for p in own.parameters if not (p.shape or p.may_be_missing)}
-    return stated | {name: _rounded(value) for name, value in held.items()}
+    return stated | {name: _rounded(value) for name, value in limited.items()}
 
 
 def _shapes(name: str, shapes: Shapes) -> dict[str, float]:

@@ -107,15 +107,15 @@ def judge(
     if refused:  # what flights do not share, or what cannot be, is no gap of them all
         fitted = fitted_by(fitted.regression, refused)
         shown, flights = _all_flights(names, fitted)
-    held = held_out(fitted) if held_out is not None and fitted.gaps else None
-    objections = list(_objections(fitted, shown, flights, held))
+    holdout_closure = held_out(fitted) if held_out is not None and fitted.gaps else None
+    objections = list(_objections(fitted, shown, flights, holdout_closure))
     verdict = _answer(fitted, shown, objections)
     groups = [tuple(c.name for c in gap.causes) for gap in verdict.explained]
     return Judged(
         replace(
             verdict,
             advice=flights_to_fly(verdict.kind, groups, maneuvers),
-            closure_holdout=held,
+            closure_holdout=holdout_closure,
             notes=(*verdict.notes, *notes),
             checks=tuple(
                 replace(check, name=f"{check.name}, {name}" if len(names) > 1 else check.name)
@@ -148,7 +148,7 @@ def _objections(
     fitted: Fitted,
     shown: Sequence[ShownFlight],
     flights: Sequence[JoinedFlight],
-    held: Closure | None,
+    holdout_closure: Closure | None,
 ) -> Iterable[Objection]:
     """What speaks against the names: flights left out, contradictions, a held-out log, and too
     little that is closed.
@@ -166,8 +166,8 @@ def _objections(
             )
     for line in contradictions(flights):
         yield Objection(line, withdraws=True)
-    if held is not None and not closes(held):
-        share = max(0.0, held.share)
+    if holdout_closure is not None and not closes(holdout_closure):
+        share = max(0.0, holdout_closure.share)
         yield Objection(f"only {share:.0%} of the gap of the held-out log is closed", alone)
     closed, names = joined_closure(each.closure for each in shown), [m.name for m in fitted.members]
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell

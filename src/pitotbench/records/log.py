@@ -115,7 +115,7 @@ class FlightLog(Shown, Recorded):
 
 
 @dataclass(frozen=True, slots=True)
-class HeldChannel:
+class ChannelSummary:
     """A channel of a log: its name, its canonical unit, its 5 % and 95 % quantiles in that unit,
     and how many times a second it is renewed [Hz]; the numbers are None for texts and flags."""
 
@@ -150,7 +150,7 @@ class LogInspection(Shown):
 
     rows: int
     rate: float
-    channels: tuple[HeldChannel, ...]
+    channels: tuple[ChannelSummary, ...]
     flights: tuple[tuple[float, float], ...]
     pauses: tuple[tuple[float, float], ...]
     headings: int
@@ -212,7 +212,7 @@ class Provenance:
 
 
 @dataclass(frozen=True, slots=True)
-class HeldFlight:
+class FlightSummary:
     """A flight of a folder: its file, and the file's refusal, empty for one that was read. Then its
     moment as the log states it, its airplane, its length [s] and the 5 % and 95 % quantiles of its
     indicated airspeed [m/s]. `strange`: it was not read for its names, which a mapping can tell.

@@ -255,13 +255,13 @@ def _shortfall(flown: FlownAgain) -> str:
 
 def _checks(account: Account) -> list[Check]:
     """The checks of the log, and what is held against the answer."""
-    verdict, held = account.verdict, account.verdict.closure_holdout
+    verdict, holdout_closure = account.verdict, account.verdict.closure_holdout
     share = f"closes {closure_percent(verdict.closure)} of the explainable gap of the log"
     closed = share if verdict.effects else ""
     also = (
         ""
-        if held is None
-        else f"closes {closure_percent(held)} of the explainable gap of {account.holdout}"
+        if holdout_closure is None
+        else f"closes {closure_percent(holdout_closure)} of the explainable gap of {account.holdout}"
     )
     skipped = account.flown.skipped or "nothing is named"
     fits = "as often as two flights of one airplane" if account.flown.tolerances else ""

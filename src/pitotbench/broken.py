@@ -406,8 +406,10 @@ def _frozen(part: Part, row: int) -> bool:
     if dead.rms < LIMITS.quiet * swing and _follows_nothing(late):
         return True
     asked, unsure = sound.asked[row:], sound.unsure[row:]
-    apart = np.abs(late.impact - asked)
-    leaves = apart > np.maximum(LIMITS.fails * (unsure + sound.rms), LIMITS.far * np.abs(asked))
+    difference = np.abs(late.impact - asked)
+    leaves = difference > np.maximum(
+        LIMITS.fails * (unsure + sound.rms), LIMITS.far * np.abs(asked)
+    )
     return bool(np.mean(leaves) > 0.5 and dead.rms < LIMITS.quiet * np.std(asked))
 
 
@@ -559,8 +561,8 @@ def _copied(channels: Mapping[str, Any]) -> Broken | None:
     fit = np.stack([ground, np.ones_like(ground)], axis=1)
     slope, level = np.linalg.lstsq(fit, shown, rcond=None)[0]
     left = shown - slope * ground - level
-    apart = float(np.sqrt(np.mean(left**2)))
-    if apart > LIMITS.together or not slope > LIMITS.altimeter:
+    difference = float(np.sqrt(np.mean(left**2)))
+    if difference > LIMITS.together or not slope > LIMITS.altimeter:
         return None
     noise, own = np.diff(ground, 2), np.diff(left, 2)
     white = float(np.corrcoef(noise[1:], noise[:-1])[0, 1]) if np.ptp(noise) > 0.0 else 0.0
@@ -569,7 +571,9 @@ def _copied(channels: Mapping[str, Any]) -> Broken | None:
     true = air.true_airspeed(np.maximum(impact, 0.0), np.clip(static, 1e3, None), dense)
     equal = float(np.sqrt(np.mean((shown - ground) ** 2))) < LIMITS.together
     impossible = equal and float(np.median(true / np.maximum(shown, 0.1))) - 1.0 > LIMITS.dense
-    evidence = f"it differs from the ground speed by {apart / KNOT:.2f} kt (rms) on all headings"
+    evidence = (
+        f"it differs from the ground speed by {difference / KNOT:.2f} kt (rms) on all headings"
+    )
     if repeats:
         evidence += ", and repeats the noise of the receiver"
     if (heading := channels.get("heading")) is not None:

@@ -341,8 +341,8 @@ def mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
     )
 
 
-def widened_by(answer: Posterior, apart: Array) -> Posterior:
+def widened_by(answer: Posterior, difference: Array) -> Posterior:
     """Widen an answer by its difference (p,) from that for another location, taken as one standard
     deviation.
     """
-    return replace(answer, covariances=answer.covariances + np.outer(apart, apart))
+    return replace(answer, covariances=answer.covariances + np.outer(difference, difference))

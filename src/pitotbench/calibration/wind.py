@@ -99,7 +99,7 @@ def heading_rows(
 
 def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
     """White noise and a slow wander, by the usual difference of neighbors and of rows some time
-    apart.
+    after one another.
 
     Medians of differences do not see a single change of the wind.
     """
@@ -107,12 +107,14 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
     white = max(deviation_of_sizes(np.abs(np.diff(response, 2)) / np.sqrt(6.0)), _WHITE)
     lag = max(round(_LAG / step), 1)
     together = time[lag:] - time[:-lag] < 1.5 * lag * step
-    apart = (
+    distances = (
         deviation_of_sizes(np.abs(response[lag:] - response[:-lag])[together])
         if together.any()
         else 0.0
     )
-    wander = max(apart / float(np.sqrt(2.0 * (1.0 - np.exp(-lag * step / _WANDER_TIME)))), _WANDER)
+    wander = max(
+        distances / float(np.sqrt(2.0 * (1.0 - np.exp(-lag * step / _WANDER_TIME)))), _WANDER
+    )
     slow = ornstein_uhlenbeck(time, wander, _WANDER_TIME, (1.0,))
     return PointNoise(
         np.full((1, len(time)), white**2),
@@ -214,7 +216,7 @@ def check_wind(
     sizes = likely.reshape(2, -1)
     some = shapes.of_time[:: len(shapes.of_time) // _MOMENTS + 1, change.places[: sizes.shape[1]]]
     winds = some @ sizes.T
-    apart = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
+    distances = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
     log_factor = float(logsumexp(odds) - logsumexp(heights))
     by_chance = (
         logsumexp(_gains(found[0], found[0].drawn(_DRAWS, _SEED), shapes), axis=0) >= log_factor
@@ -227,7 +229,7 @@ def check_wind(
     shares = _CHANGES * np.exp(odds - logsumexp(heights) - max(log_factor, 0.0))
     steady = (1.0 - _CHANGES) * np.exp(-max(log_factor, 0.0))
     averaged = _averaged(answer, steady, shares, found, shapes, structure.model.error_count)
-    return WindChange(factor, chance, change.kind, float(np.max(apart)), time, *moves), averaged
+    return WindChange(factor, chance, change.kind, float(np.max(distances)), time, *moves), averaged
 
 
 _GAIN = 0.05  # 1σ of a step of the factor

@@ -354,8 +354,8 @@ def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Ar
     """Return the nodes around a mode, (m, d), their base weights, (m,), and the axes along which
     they lie, (d, d).
 
-    `count` is the number of parameters of the first set of rows, whose axes are found apart; None
-    for one set.
+    `count` is the number of parameters of the first set of rows, whose axes are found by
+    themselves; None for one set.
     """
     design = composite_design(len(mode))
     axes = _axes_by_set(curvature, count)

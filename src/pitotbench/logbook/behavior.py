@@ -14,7 +14,7 @@ from pitotbench.logbook.derived import MEDIAN_OF_NORMAL
 from pitotbench.logbook.guess import Guess
 from pitotbench.units import DEGREE, Array, to_si
 
-_EARTH = 6371e3  # m, mean radius: a speed within 1 % is enough to tell units apart
+_EARTH = 6371e3  # m, mean radius: a speed within 1 % is enough to distinguish units
 _BASE = 2.0  # s to either side over which positions and heights are differenced
 _MOVING = 5.0  # m/s, above which a course is known
 _FEWEST = 16  # rows that show what a column does
@@ -134,9 +134,9 @@ def _look_at_direction(guess: Guess, values: Array, movement: Movement) -> Guess
         return guess
     turn = np.exp(1j * (to_si(values[rows], guess.units[0]) - np.arctan2(east, north)[rows]))
     middle = np.median(turn.real) + 1j * np.median(turn.imag)
-    apart = abs(float(np.angle(middle))) / DEGREE
+    offset = abs(float(np.angle(middle))) / DEGREE
     scatter = float(np.median(np.abs(np.angle(turn / middle)))) / (MEDIAN_OF_NORMAL * DEGREE)
-    if apart < _DELAYED and scatter < _SAME_COURSE:
+    if offset < _DELAYED and scatter < _SAME_COURSE:
         return replace(guess, quantity="track")
     if guess.quantity.endswith("heading") or not movement.absolute:
         return guess

@@ -178,7 +178,7 @@ def _plausible(quantity: Channel, values: Array, suffix: str) -> bool:
     return bool(low <= np.quantile(size, 0.7) and np.quantile(size, 0.95) <= high)
 
 
-# Narrower than what a log may hold: the ranges of usual flights tell the units apart.
+# Narrower than what a log may hold: the ranges of usual flights distinguish the units.
 _RANGES = {
     "static_pressure": (15e3, 108e3),
     "total_pressure": (15e3, 140e3),

@@ -39,7 +39,7 @@ _GAINS = {  # on the impact pressure
     0.5: "twice the impact pressure",
     4.0: "half of the airspeed",
 }
-_SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
+_SMALL_ZERO = 30.0  # Pa: a smaller one is not what makes the speeds differ
 # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
 _SCALE_SPREAD = 10.0
 _CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the log is looked at
@@ -435,8 +435,10 @@ def _is_reckoned(flown: FlownRows, factor: Factor) -> bool:
     airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     through = np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])
     wiggles = np.diff([airspeed, through], 2, axis=1)
-    size, apart = (float(np.median(np.abs(each))) for each in (wiggles[0], wiggles[1] - wiggles[0]))
-    return apart < LIMITS.wiggles_apart * size
+    size, difference = (
+        float(np.median(np.abs(each))) for each in (wiggles[0], wiggles[1] - wiggles[0])
+    )
+    return difference < LIMITS.wiggle_difference * size
 
 
 def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> bool:

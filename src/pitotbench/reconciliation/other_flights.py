@@ -44,8 +44,8 @@ from pitotbench.units import MINUTE
 FARTHEST = 1e-300  # smallest probability that is turned into a distance
 
 
-def is_apart(own: OwnSize) -> bool:
-    return own.apart is not None and own.apart > THRESHOLDS.contradicted_from
+def contradicts(own: OwnSize) -> bool:
+    return own.distance is not None and own.distance > THRESHOLDS.contradicted_from
 
 
 def flights_of(
@@ -152,22 +152,22 @@ def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
     """Return a sentence for each effect that a flight contradicts, with the flight that does so
     most.
 
-    Two flights are equally far apart: the one that shows less of the effect is the one that
-    contradicts it.
+    Two flights differ equally from one another: the one that shows less of the effect is the one
+    that contradicts it.
     """
     lines = []
     for effect in dict.fromkeys(own.effect for flight in flights for own in flight.own_sizes):
         found = [
-            (own.apart or 0.0, -abs(own.size.value) / own.size.two_sigma, flight.log, own)
+            (own.distance or 0.0, -abs(own.size.value) / own.size.two_sigma, flight.log, own)
             for flight in flights
             for own in flight.own_sizes
             if own.effect == effect
         ]
-        apart, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
-        if is_apart(own):
+        distance, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
+        if contradicts(own):
             size = f"{own.size.name} {own.size.value:.3g} ± {own.size.two_sigma:.2g}"
             lines.append(
-                f"{log} contradicts {effect}: it shows {size}, {apart:.1f}σ from the other flights"
+                f"{log} contradicts {effect}: it shows {size}, {distance:.1f}σ from the other flights"
             )
     return lines
 

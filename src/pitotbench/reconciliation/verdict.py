@@ -17,9 +17,9 @@ from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.other_flights import (
     contradictions,
+    contradicts,
     flights_of,
     holding,
-    is_apart,
 )
 from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.regression import (
@@ -99,7 +99,7 @@ def judge(
     if any(each.unexplained for each in shown):  # what no cell shows may follow a formula
         fitted = with_terms(fitted)
         shown, flights = _all_flights(names, fitted)
-    refused = {own.effect for each in flights for own in each.own_sizes if is_apart(own)}
+    refused = {own.effect for each in flights for own in each.own_sizes if contradicts(own)}
     notes = contradictions(flights)
     if fitted.gaps and fitted.gaps[0].member.name in refused:
         refused, notes = set(), []  # of the largest gap: an objection tells it

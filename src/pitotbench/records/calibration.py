@@ -198,7 +198,7 @@ class Share:
 
     `curve` is its root mean square over the curve, `wind` that on the larger wind component. Where
     the constant is known, the square of the bound falls by its square. Parts of constants that the
-    log hardly tells apart overlap. `estimate` is the constant as the log determines it.
+    log hardly distinguishes overlap. `estimate` is the constant as the log determines it.
     """
 
     name: str
@@ -345,7 +345,7 @@ class RecordedAutopilot:
 
     `wash`: by how much the indicated airspeed [m/s] reads higher at full power than at idle; its 2σ
     is infinite
-    where power follows airspeed, so that the log does not tell them apart. None where no power was
+    where power follows airspeed, so that the log does not distinguish them. None where no power was
     recorded.
     """
 

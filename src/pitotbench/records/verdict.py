@@ -188,15 +188,15 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class OwnSize:
-    """The size of an effect that one flight shows by itself; `apart` [σ] is its distance from that
+    """The size of an effect that one flight shows by itself; `distance` [σ] is that from the size
     of the others.
 
-    `apart` is None where no other flight shows the effect.
+    `distance` is None where no other flight shows the effect.
     """
 
     effect: str
     size: Estimate
-    apart: float | None
+    distance: float | None
 
 
 @dataclass(frozen=True, slots=True)

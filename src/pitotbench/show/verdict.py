@@ -151,7 +151,7 @@ FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
     Column(
         "apart from the others",
         lambda flight: max(
-            (own.apart for own in flight.own_sizes if own.apart is not None), default=None
+            (own.distance for own in flight.own_sizes if own.distance is not None), default=None
         ),
         "σ",
         ".1f",
@@ -172,7 +172,8 @@ def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     """What a flight of several says, as plain data."""
     (plain,) = json_rows(FLIGHT_COLUMNS, [flight])
     sizes = [
-        {"effect": own.effect, **asdict(own.size), "apart": own.apart} for own in flight.own_sizes
+        {"effect": own.effect, **asdict(own.size), "apart": own.distance}
+        for own in flight.own_sizes
     ]
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
 

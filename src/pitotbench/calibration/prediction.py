@@ -199,11 +199,11 @@ def _pressure_ratio(
     """
     squared = north * north + east * east + down * down
     heat = air.HEAT_RATIO * air.GAS_CONSTANT * probe_temperature
-    rest = heat - probe_heating * squared
-    mach_squared = squared / rest
+    static_heat = heat - probe_heating * squared
+    mach_squared = squared / static_heat
     base = 1.0 + 0.2 * mach_squared
     power = base * base * np.sqrt(base)
-    return power * base - 1.0, 0.7 * power * heat / (rest * rest), np.sqrt(squared)
+    return power * base - 1.0, 0.7 * power * heat / (static_heat * static_heat), np.sqrt(squared)
 
 
 _STEPS_KT = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
@@ -245,17 +245,20 @@ class CurveMap:
 
     def correction_gradient(self, k: Array) -> Array:
         """Derivative of the correction with respect to k, (c, K) [m/s]."""
-        rest = 1.0 - self.normalized(k)
-        pressure = self.impact_pressure() / rest
-        return self.basis() * (air.calibrated_airspeed_slope(pressure) * pressure / rest)[:, None]
+        impact_share = 1.0 - self.normalized(k)
+        pressure = self.impact_pressure() / impact_share
+        return (
+            self.basis()
+            * (air.calibrated_airspeed_slope(pressure) * pressure / impact_share)[:, None]
+        )
 
     def correction_by_zero(self, k: Array) -> Array:
         """Derivative of the correction with respect to the zero offset, (c,) [m/s per Pa]."""
-        rest, reference = 1.0 - self.normalized(k), self.model.reference_pressure
+        impact_share, reference = 1.0 - self.normalized(k), self.model.reference_pressure
         bend = self.model.error.curve(self.impact_pressure() / reference, k)[1] / reference
-        by_indicated = (1.0 + self.impact_pressure() * bend / rest) / rest
+        by_indicated = (1.0 + self.impact_pressure() * bend / impact_share) / impact_share
         return np.asarray(
-            -air.calibrated_airspeed_slope(self.impact_pressure() / rest) * by_indicated
+            -air.calibrated_airspeed_slope(self.impact_pressure() / impact_share) * by_indicated
         )
 
     def altitude(self, k: Array, static_pressure: float) -> Meters:
@@ -279,12 +282,12 @@ class CurveMap:
 
     def altitude_gradient(self, k: Array, static_pressure: float) -> Array:
         """Derivative of the altitude correction with respect to k, (c, K) [m]."""
-        rest = 1.0 - self.normalized(k)
+        impact_share = 1.0 - self.normalized(k)
         pressure = self.impact_pressure()
-        true = static_pressure - pressure * (1.0 / rest - 1.0)
+        true = static_pressure - pressure * (1.0 / impact_share - 1.0)
         temperature = air.standard_temperature(air.pressure_altitude(true))
         meters_a_pascal = air.GAS_CONSTANT * temperature / (true * air.GRAVITY)
-        return np.asarray(self.basis() * (meters_a_pascal * pressure / rest**2)[:, None])
+        return np.asarray(self.basis() * (meters_a_pascal * pressure / impact_share**2)[:, None])
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:

@@ -143,14 +143,14 @@ class MarkovNoise:
             a = np.atleast_2d(intervals.length / process.correlation_time[..., intervals.left])
             share = np.tanh(0.5 * a) / a
             decay = np.exp(-a)
-            rest = 2.0 * (a - 1.0 + decay) / a**2 - 2.0 * share**2 * (1.0 + decay)
+            remainder = 2.0 * (a - 1.0 + decay) / a**2 - 2.0 * share**2 * (1.0 + decay)
             # For short intervals the formula subtracts nearly equal numbers; its leading term is
             # a/6.
-            rest = np.where(a < _SMALL, a / 6.0, rest)
+            remainder = np.where(a < _SMALL, a / 6.0, remainder)
             by_output = process.loading.reshape(-1, *process.loading.shape[-2:])
             for output, loading in zip(outputs, by_output, strict=True):
                 self._variance[:, output, self._rows] += (
-                    deviation**2 * np.sum(loading**2, axis=1) * rest
+                    deviation**2 * np.sum(loading**2, axis=1) * remainder
                 )
                 for component in loading.T:
                     load = np.zeros((len(self._variance), self._variance.shape[2]))

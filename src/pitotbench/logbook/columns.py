@@ -240,12 +240,12 @@ def parse_column(column: str) -> tuple[Channel, str] | None:
     dimension.
     """
     for name in _LONGEST_FIRST:
-        rest = column.removeprefix(name)
+        remainder = column.removeprefix(name)
         # `altitude_m` is ours; `altitude_mean_m`, with two words after the quantity, is another
         # quantity.
-        if rest == column or (rest and (rest[0] != "_" or "_" in rest[1:])):
+        if remainder == column or (remainder and (remainder[0] != "_" or "_" in remainder[1:])):
             continue
-        quantity, suffix = QUANTITIES[name], rest[1:]
+        quantity, suffix = QUANTITIES[name], remainder[1:]
         if name in OPTIONAL and suffix not in (quantity.suffixes or [""]):
             return None
         _check_suffix(column, quantity, suffix)
@@ -459,13 +459,13 @@ def _day_and_second(cell: object) -> tuple[float, float]:
     if isinstance(cell, timedelta):
         return np.nan, cell.total_seconds()
     text = str(cell).strip()
-    day, rest = _day(text)
-    if _ISO_DATE.match(text) and _ZONE.search(rest):
+    day, remainder = _day(text)
+    if _ISO_DATE.match(text) and _ZONE.search(remainder):
         moment = datetime.fromisoformat(
             text.replace(",", ".").replace(" ", "T", 1).replace(" ", "")
         ).astimezone(UTC)
         return moment.toordinal() - _YEAR_ONE, moment.timestamp() % SECONDS_A_DAY
-    return _second(day, rest)
+    return _second(day, remainder)
 
 
 def _day(text: str) -> tuple[float, str]:

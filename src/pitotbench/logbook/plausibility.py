@@ -368,8 +368,8 @@ def align(flown: FlownRows, psi: Array, mirrored: bool) -> Alignment:
     windows = np.arange(flown.window[-1] + 1) == flown.window[:, None]
     matrix = np.column_stack([pointer, windows])
     solution = np.linalg.lstsq(matrix, velocity, rcond=None)[0]
-    rest = velocity - matrix @ solution
-    misfit = float(np.sqrt(np.mean(np.abs(rest) ** 2)))
+    residuals = velocity - matrix @ solution
+    misfit = float(np.sqrt(np.mean(np.abs(residuals) ** 2)))
     alone = pointer - windows @ np.linalg.lstsq(windows.astype(np.float64), pointer)[0]
     scatter = float(np.sqrt(np.mean(np.abs(alone) ** 2)))
     spread = misfit / (abs(solution[0]) * scatter * np.sqrt(len(psi) / flown.shared))

@@ -191,9 +191,14 @@ class SmoothModel:
         slope leave of it.
         """
         level, slope, scatter = _lift_over(self._half)
-        rest = (lift - level * of_degree[..., 0] - slope * of_degree[..., 1]) / scatter
+        unlike_lift = (lift - level * of_degree[..., 0] - slope * of_degree[..., 1]) / scatter
         # each column is contiguous in memory, because fits work column by column
-        rows = [of_degree[..., 0], of_degree[..., 1], rest, *np.moveaxis(of_degree[..., 2:], -1, 0)]
+        rows = [
+            of_degree[..., 0],
+            of_degree[..., 1],
+            unlike_lift,
+            *np.moveaxis(of_degree[..., 2:], -1, 0),
+        ]
         return np.moveaxis(np.stack(rows), 0, -1)
 
 

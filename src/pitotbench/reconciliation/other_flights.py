@@ -61,9 +61,9 @@ def flights_of(
             gaps, left = Regression([each.block]).fit()
             members = fitted.members or [gap.member for gap in gaps]
             lasting = [m for m in members if not is_term(m.name) and returns(m.name)]
-            rest = [i for i in range(len(shown)) if i != number]
+            other_numbers = [i for i in range(len(shown)) if i != number]
             mine = fitted.regression.shown_alone([number], lasting).widened()
-            theirs = fitted.regression.shown_alone(rest, lasting).widened()
+            theirs = fitted.regression.shown_alone(other_numbers, lasting).widened()
             own = tuple(_own_sizes(lasting, mine, theirs))
             shared = fitted.regression.shown_columns(each.block, fitted.members)
             left_out = _left_out(each.block, theirs, shared) if fitted.gaps else None

@@ -149,7 +149,7 @@ def clearest_channel(block: Block, part: str, found: Sequence[Trace]) -> Telling
         unit=trace.unit,
         time=trace.time,
         gap=trace.gap,
-        rest=trace.gap - trace.explained,
+        unexplained=trace.gap - trace.explained,
         noise=noise[name],
         averaged=averaged,
         variable=variable,

@@ -1,5 +1,5 @@
-"""The gap of a reconciliation: its map, the part that each effect explains, the rest, and a formula
-for it.
+"""The gap of a reconciliation: its map, the part that each effect explains, what is unexplained,
+and a formula for it.
 """
 
 from dataclasses import dataclass, field
@@ -77,7 +77,7 @@ class Trace:
 class TellingChannel:
     """The residual channel that shows the gap best, over time, over a variable and over the ground.
 
-    `gap` and `rest`, (n,), are measured minus simulated [`unit`] without and with the named
+    `gap` and `unexplained`, (n,), are measured minus simulated [`unit`] without and with the named
     effects, at `time` [s]. `noise` is the standard deviation, between flights without an effect, of
     a mean over `averaged` seconds. `variable` is a variable of the flight and `values`, (n,), holds
     it in SI units (time in s). `north` and `east` [m], (n,), are the ground track; `marked`, (n,),
@@ -90,7 +90,7 @@ class TellingChannel:
     unit: str
     time: Array
     gap: Array
-    rest: Array
+    unexplained: Array
     noise: float
     averaged: float
     variable: str

@@ -94,8 +94,10 @@ def difference_sentence(found: CurveDifference) -> str:
     known = np.flatnonzero(clear)
     ends = [f"below {speed[known[0]]:.0f}"] if known[0] > 0 else []
     ends += [f"above {speed[known[-1]]:.0f}"] if known[-1] < len(speed) - 1 else []
-    rest = f"; no difference {' or '.join(ends)}" if ends else ""
-    return f"{found.second} reads {' and '.join(sentences)} than {found.first}{rest} (± is 2σ)."
+    elsewhere = f"; no difference {' or '.join(ends)}" if ends else ""
+    return (
+        f"{found.second} reads {' and '.join(sentences)} than {found.first}{elsewhere} (± is 2σ)."
+    )
 
 
 _DifferenceRow = tuple[float, float, float]

@@ -205,9 +205,9 @@ def _gap_words(gap: Gap) -> str:
     ]
     names = {each.name: effect_words(each, percent(each.probability)) for each in reported}
     if not gap.part_named:
-        best, *rest = names.values()
-        if rest:
-            return f"one of these: {best} or, less probably, {listed(rest, 'or')}"
+        best, *rivals = names.values()
+        if rivals:
+            return f"one of these: {best} or, less probably, {listed(rivals, 'or')}"
         return best if gap.named else f"probably {best}"
     inside = [text for name, text in names.items() if effect_of(name).part == gap.part]
     beyond = [text for name, text in names.items() if effect_of(name).part != gap.part]

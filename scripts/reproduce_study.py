@@ -1,10 +1,9 @@
 """Fly the paper's simulator study again and answer its claims.
 
-    python scripts/reproduce_study.py                       # one seed, a look in a minute
-    python scripts/reproduce_study.py --seeds 30 --docs out/lab   # with study.md and its pictures
+    python scripts/reproduce_study.py               # one seed, a look in a minute
+    python scripts/reproduce_study.py --seeds 30    # as the paper's claims are answered
 
-Writes report.html and the numbers as Parquet to out/study; with --docs study.md and its pictures
-too.
+Writes report.html and the numbers as Parquet to out/study.
 """
 
 import sys

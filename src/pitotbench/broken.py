@@ -30,7 +30,7 @@ TAXI = 20.0 * KNOT  # m/s over the ground: no airplane taxies faster, and none f
 
 @dataclass(frozen=True, slots=True)
 class BrokenLimits:
-    """What each kind of broken pitot must show to be told; SI, ratios without unit.
+    """What each kind of broken pitot must show to be reported; SI, ratios without unit.
 
     The limits lie between simulated logs, broken and good, of the laboratory (`pitotlab broken`);
     no measured log of a sound system passes one.
@@ -77,7 +77,7 @@ class BrokenLimits:
     settle: float = 8.0  # s that a level lasts on average: gusts of an airplane pass sooner
     step: float = 0.08  # of the usual impact pressure, the least step that water makes
     steps: int = 3  # a front of the wind is one, its way back in a turn a second
-    drift: float = 0.08  # of the least impact pressures, by which a zero moves to be told
+    drift: float = 0.08  # of the least impact pressures, by which a zero moves to be reported
     shortest: float = 150.0  # s: in less, a drift or steps may be one change of gain
     warms: tuple[float, ...] = (150.0, 400.0)  # s, in which a sensor takes its temperature
     steady: float = 1.5  # times what the reading scatters at rest: a wind on the ground is gusty
@@ -190,8 +190,8 @@ def regress(
     for _ in range(LIMITS.rounds):
         # The pseudo-inverse; NumPy's own sorts and copies for most of its time.
         strength, axes = np.linalg.eigh(normal + np.diag(scatter * weight))  # none is below 0
-        told = strength > 1e-12 * strength[-1]
-        inverse = (axes[:, told] / strength[told]) @ axes[:, told].T / np.outer(scale, scale)
+        known = strength > 1e-12 * strength[-1]
+        inverse = (axes[:, known] / strength[known]) @ axes[:, known].T / np.outer(scale, scale)
         values: Array = inverse @ target
         left: Array = shown - matrix @ values
         before, scatter = scatter, float(np.sum(left**2)) / max(len(left) - len(scale), 1)
@@ -347,12 +347,12 @@ def _stopped(part: Part) -> Broken | None:
     if not (blocked or stuck):
         return None
     follows = _response(part)
-    told = (
+    known = (
         f"the GPS velocity asks for an airspeed that changes by {swing / KNOT:.0f} kt (rms), and "
         f"the reading follows it by {follows.values[0]:+.2f} ± {2.0 * follows.errors[0]:.2f} "
         "(1 is right)"
     )
-    return Broken(_closed_words(part, dead) + f": {told}; {_CLEAN}")
+    return Broken(_closed_words(part, dead) + f": {known}; {_CLEAN}")
 
 
 _CLEAN = "look for a cover, ice, insects or water in the tube and its line, and fly again"
@@ -406,8 +406,10 @@ def _frozen(part: Part, row: int) -> bool:
     if dead.rms < LIMITS.quiet * swing and _follows_nothing(late):
         return True
     asked, unsure = sound.asked[row:], sound.unsure[row:]
-    apart = np.abs(late.impact - asked)
-    leaves = apart > np.maximum(LIMITS.fails * (unsure + sound.rms), LIMITS.far * np.abs(asked))
+    difference = np.abs(late.impact - asked)
+    leaves = difference > np.maximum(
+        LIMITS.fails * (unsure + sound.rms), LIMITS.far * np.abs(asked)
+    )
     return bool(np.mean(leaves) > 0.5 and dead.rms < LIMITS.quiet * np.std(asked))
 
 
@@ -559,8 +561,8 @@ def _copied(channels: Mapping[str, Any]) -> Broken | None:
     fit = np.stack([ground, np.ones_like(ground)], axis=1)
     slope, level = np.linalg.lstsq(fit, shown, rcond=None)[0]
     left = shown - slope * ground - level
-    apart = float(np.sqrt(np.mean(left**2)))
-    if apart > LIMITS.together or not slope > LIMITS.altimeter:
+    difference = float(np.sqrt(np.mean(left**2)))
+    if difference > LIMITS.together or not slope > LIMITS.altimeter:
         return None
     noise, own = np.diff(ground, 2), np.diff(left, 2)
     white = float(np.corrcoef(noise[1:], noise[:-1])[0, 1]) if np.ptp(noise) > 0.0 else 0.0
@@ -569,7 +571,9 @@ def _copied(channels: Mapping[str, Any]) -> Broken | None:
     true = air.true_airspeed(np.maximum(impact, 0.0), np.clip(static, 1e3, None), dense)
     equal = float(np.sqrt(np.mean((shown - ground) ** 2))) < LIMITS.together
     impossible = equal and float(np.median(true / np.maximum(shown, 0.1))) - 1.0 > LIMITS.dense
-    evidence = f"it differs from the ground speed by {apart / KNOT:.2f} kt (rms) on all headings"
+    evidence = (
+        f"it differs from the ground speed by {difference / KNOT:.2f} kt (rms) on all headings"
+    )
     if repeats:
         evidence += ", and repeats the noise of the receiver"
     if (heading := channels.get("heading")) is not None:
@@ -627,5 +631,5 @@ def find_late(channels: Mapping[str, Any]) -> Broken | None:
 def _first(
     channels: Mapping[str, Any], kinds: Mapping[str, Callable[[Part], Broken | None]]
 ) -> Broken | None:
-    told = (kind(part) for part in parts_of(channels) for kind in kinds.values())
-    return next((found for found in told if found is not None), None)
+    known = (kind(part) for part in parts_of(channels) for kind in kinds.values())
+    return next((found for found in known if found is not None), None)

@@ -115,9 +115,9 @@ def fresh_fixes(marked: Booleans | None, *channels: Array) -> Booleans:
 
 def minutes_text(seconds: float, decimals: int = 0) -> str:
     """Return a moment of a log as minutes and seconds, `12:05`, with decimals `12:05.25`."""
-    minutes, rest = divmod(round(seconds, decimals), 60)
+    minutes, seconds_left = divmod(round(seconds, decimals), 60)
     width = 2 + decimals + bool(decimals)
-    return f"{minutes:.0f}:{rest:0{width}.{decimals}f}"
+    return f"{minutes:.0f}:{seconds_left:0{width}.{decimals}f}"
 
 
 def _after(time: Seconds, samples: float, seconds: float) -> Indices:

@@ -32,7 +32,7 @@ from pitotbench.cli import open as open_command
 from pitotbench.cli.app import command_line
 from pitotbench.logbook import bundle
 from pitotbench.records import BadInputError
-from pitotbench.records.log import HeldFlight
+from pitotbench.records.log import FlightSummary
 from pitotbench.show.reader_units import BENCH
 
 PAGE = Path(page_server.__file__).parent / "page"
@@ -70,7 +70,7 @@ def with_server(visit: Callable[[PageServer, Visit], Awaitable[None]], most: int
         async def fetch(path: str, cookie: bool = True, **settings: Any) -> HTTPResponse:
             headers = dict(settings.pop("headers", {}))
             if cookie:
-                headers["Cookie"] = f"{server.access.cookie}={server.access.held}"
+                headers["Cookie"] = f"{server.access.cookie}={server.access.secret}"
             return await client.fetch(
                 f"http://127.0.0.1:{server.port}{path}",
                 headers=headers, raise_error=False, follow_redirects=False, **settings,
@@ -95,7 +95,7 @@ def test_the_secret_moves_from_the_address_into_a_cookie() -> None:
         page = await fetch("/")
         assert page.code == 200
         assert server.access.token.encode() not in page.body
-        assert server.access.held.encode() not in page.body
+        assert server.access.secret.encode() not in page.body
         assert server.access.token not in cookie
         policy = page.headers["Content-Security-Policy"]
         assert policy.startswith("default-src 'none'; script-src 'self' 'nonce-")
@@ -284,7 +284,7 @@ def test_a_zip_that_unpacks_to_too_much_is_refused(
 
 
 def found(name: str, refusal: str = "") -> Found:
-    return Found(NamedFile(Path(f"/nowhere/{name}"), name), HeldFlight(name, refusal))
+    return Found(NamedFile(Path(f"/nowhere/{name}"), name), FlightSummary(name, refusal))
 
 
 def test_a_newer_choice_gives_an_older_question_up() -> None:
@@ -363,7 +363,7 @@ def test_a_file_without_a_length_that_is_taken_is_refused(length: str) -> None:
         reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
         head = (
             f"POST /upload HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n"
-            f"Cookie: {server.access.cookie}={server.access.held}\r\n"
+            f"Cookie: {server.access.cookie}={server.access.secret}\r\n"
             f"X-Name: a.csv\r\nContent-Length: {length}\r\n\r\n"
         )
         writer.write(head.encode())

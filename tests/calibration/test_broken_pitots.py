@@ -16,15 +16,8 @@ from pitotbench.cli import main
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.units import KNOT
 from pitotlab.broken.breaks import BASE, CLIMBING, KINDS, broken_columns, ports_of
-from pitotlab.broken.measure import (
-    BrokenRow,
-    _kept,
-    _write,
-    answer_of,
-    outcome_of,
-    write_csv,
-)
-from pitotlab.outside.generator import generate
+from pitotlab.broken.measure import BrokenRow, _kept, _write, answer_of, outcome_of
+from pitotlab.outside.generator import generate, write_csv
 from pitotlab.outside.kinds import KINDS as GOOD
 
 SEED = 301  # of development

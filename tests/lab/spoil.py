@@ -10,7 +10,6 @@ first, so that a run goes on where it stopped; inputs that fail are kept beside 
 """
 
 import argparse
-import csv
 import gzip
 import json
 import os
@@ -24,7 +23,7 @@ import zipfile
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
 
@@ -36,6 +35,7 @@ from tests.logbook.field_recorders import KINDS
 from pitotbench.cli.app import main as run_command
 from pitotbench.logbook.formats import write_log
 from pitotbench.records.log import FlightLog
+from pitotlab.outside.judge import append_to, read_rows
 
 Random = np.random.Generator
 FAULTS = ("traceback", "exit 1", "hang", "memory", "stray output", "invalid JSON", "crash")
@@ -448,23 +448,13 @@ def judge_all(seeds: Sequence[int], out: Path) -> list[Result]:
     """Judge the seeds that the results of a folder do not hold yet; return all that were asked."""
     out.mkdir(parents=True, exist_ok=True)
     files, table = good_files(out / "good"), out / "results.csv"
-    names = [field.name for field in fields(Result)]
-    found: dict[int, Result] = {}
     _load(files)
-    if table.exists():
-        with table.open(newline="", encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                cells = (field.type(row[field.name]) for field in fields(Result))
-                found[int(row["seed"])] = Result(*cells)
-    with table.open("a", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        if file.tell() == 0:
-            rows.writerow(names)
+    found = {result.seed: result for result in read_rows(table, Result)}
+    with append_to(table, Result) as append:
         for seed in seeds:
             if seed not in found:
                 found[seed] = judge(seed, files, out)
-                rows.writerow(astuple(found[seed]))
-                file.flush()
+                append(found[seed])
     return [found[seed] for seed in seeds]
 
 

@@ -270,7 +270,7 @@ def test_a_probe_is_off_by_what_its_cell_says(flights):
 
 
 def test_the_file_holds_the_columns_and_no_truth(flights, tmp_path):
-    write_csv(flights["base"], tmp_path / "log.csv")
+    write_csv(flights["base"].columns, tmp_path / "log.csv")
     names = (tmp_path / "log.csv").read_text(encoding="utf-8").split("\n", 1)[0].split(",")
     assert names == list(flights["base"].columns)
     rows = np.loadtxt(tmp_path / "log.csv", delimiter=",", skiprows=1)

@@ -25,7 +25,7 @@ def _row(seed, cell="base", **entries):
 def test_the_judge_asks_for_what_the_command_does_without_a_flag(tmp_path, capsys):
     # GPS 2 s late in calm air: the command checks it, and warns
     flight = generate(replace(CELLS["calm"], gps_late=2.0), "circle", 2)
-    write_csv(flight, tmp_path / "log.csv")
+    write_csv(flight.columns, tmp_path / "log.csv")
     assert pitotbench_command(["calibrate", str(tmp_path / "log.csv"), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     curve = printed["curve"]

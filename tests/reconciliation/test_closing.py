@@ -76,7 +76,7 @@ def test_the_airplane_gets_what_is_its_own_and_the_loop_ends(closed, monkeypatch
     assert patched.keys() == {"belly_pod"}  # a thermometer is no airplane's
     bounds = table["provenance"]["two_sigma"]
     assert abs(patched["belly_pod"]["drag_area_m2"] - 0.3) < bounds["belly_pod"]["drag_area_m2"]
-    assert [each.causes[0].name for each in done.told] == ["temperature_bias"]
+    assert [each.causes[0].name for each in done.reported] == ["temperature_bias"]
     assert done.closed == (pytest.approx(done.patched[0].closes_held_out),)
     assert done.verdict.closure.before < 0.5 * found.verdict.closure.before
     assert done.verdict.closure.share > 0.95  # what is left is the thermometer's

@@ -72,8 +72,8 @@ def test_an_event_of_a_flight_is_no_part_of_what_the_others_can_close() -> None:
     residual += columns @ np.array([0.0, 0.0, 0.8, -0.5, 30.0])
     equations = equations_from(inner_products(columns, residual), 2, np.array([1.0, 2.0]))
     fit = equations.fit((0, 1, 2))
-    closed = closure_of(equations, (0, 1), fit.sizes[:2].tolist(), (), beside=(2,))
+    closed = closure_of(equations, (0, 1), fit.sizes[:2].tolist(), (), given=(2,))
     assert closed.before == pytest.approx(equations.remaining((2,)))
     assert closed.after == pytest.approx(equations.remaining((0, 1, 2)))
-    apart = closure_of(equations, (0, 1), (fit.sizes[:2] + 0.3).tolist(), (), beside=(2,))
+    apart = closure_of(equations, (0, 1), (fit.sizes[:2] + 0.3).tolist(), (), given=(2,))
     assert closed.after < apart.after < closed.before

@@ -30,8 +30,8 @@ class NamedFile:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationRequest:
-    """What is asked beside the logs, in the texts of the flags of `calibrate`; empty where not
-    stated.
+    """What is asked in addition to the logs, in the texts of the flags of `calibrate`; empty where
+    not stated.
 
     The path of `mapping` is a file or a shipped name.
     """
@@ -115,7 +115,8 @@ def calibrate_request(
     names = {each.path.name: each.name for each in files}
     made = found[0].calibration.provenance
     inputs = tuple(replace(each, name=names.get(each.name, each.name)) for each in made.inputs)
-    told = replace(made, inputs=inputs)
+    provenance = replace(made, inputs=inputs)
     return tuple(
-        replace(each, calibration=replace(each.calibration, provenance=told)) for each in found
+        replace(each, calibration=replace(each.calibration, provenance=provenance))
+        for each in found
     )

@@ -168,8 +168,6 @@ def setting_of(advised: Mapping[str, Any]) -> "AnalysisSetting":
     return AnalysisSetting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)
 
 
-# What an answer was made from and with, for the record that is filed.
-
 _LIBRARIES = ("numpy", "scipy", "pandas", "jsbsim")
 Source = tuple[
     str, OneLog, FlightLog | None

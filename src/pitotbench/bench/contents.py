@@ -12,10 +12,10 @@ from pitotbench.logbook.columns import START
 from pitotbench.logbook.draft import MissingColumnsError
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog, HeldFlight
+from pitotbench.records.log import FlightLog, FlightSummary
 
 
-def flights_of(path: Path, read: Callable[[Path], FlightLog] = read_log) -> list[HeldFlight]:
+def flights_of(path: Path, read: Callable[[Path], FlightLog] = read_log) -> list[FlightSummary]:
     """Return the flights of a file, a folder or a .zip file, and of each file that is none its
     refusal. `read` reads a file.
 
@@ -30,12 +30,12 @@ def flights_of(path: Path, read: Callable[[Path], FlightLog] = read_log) -> list
             except BadInputError as error:
                 words = str(error).removeprefix(f"{file}: ")
                 strange = isinstance(error, MissingColumnsError)
-                found.append(HeldFlight(name, words, strange=strange))
+                found.append(FlightSummary(name, words, strange=strange))
                 continue
             for flight in flights_in(log):
                 speed = air.calibrated_airspeed(np.maximum(flight.impact_pressure, 0.0))
                 low, high = (float(each) for each in np.quantile(speed, (0.05, 0.95)))
                 seconds = float(flight.time[-1] - flight.time[0])
                 start = str(log.header.get(START, ""))
-                found.append(HeldFlight(name, "", start, airplane_of(log), seconds, (low, high)))
+                found.append(FlightSummary(name, "", start, airplane_of(log), seconds, (low, high)))
     return found

@@ -17,7 +17,7 @@ from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
-from pitotbench.records.log import Caution, FlightLog, HeldChannel, LogInspection, Question
+from pitotbench.records.log import Caution, ChannelSummary, FlightLog, LogInspection, Question
 from pitotbench.records.motion import CONTROLS, STATES
 from pitotbench.timeline import interval, pauses
 from pitotbench.units import DEGREE, KNOT, Array, Booleans
@@ -68,7 +68,7 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
     return LogInspection(
         rows=len(log),
         rate=1.0 / interval(log.time),
-        channels=tuple(_held(log, name) for name in log.channels()),
+        channels=tuple(_channel_summary(log, name) for name in log.channels()),
         flights=tuple((float(flight.time[0]), float(flight.time[-1])) for flight in flights),
         pauses=tuple(
             (float(f.time[row - 1]), float(f.time[row] - f.time[row - 1])) for f, row in stopped
@@ -91,14 +91,14 @@ def _quantiles(values: Array) -> tuple[float, float, float]:
     return low, middle, high
 
 
-def _held(log: FlightLog, name: str) -> HeldChannel:
+def _channel_summary(log: FlightLog, name: str) -> ChannelSummary:
     channel, values = CHANNELS[name], log.channels()[name]
     if channel.kind != "number":
-        return HeldChannel(name, "", None, None, None)
+        return ChannelSummary(name, "", None, None, None)
     known = values[np.isfinite(values)]
     changes = float(np.count_nonzero(np.diff(values)) / max(log.time[-1] - log.time[0], 1e-9))
     low, _, high = _quantiles(known) if len(known) else (float("nan"),) * 3
-    return HeldChannel(name, channel.unit, low, high, changes)
+    return ChannelSummary(name, channel.unit, low, high, changes)
 
 
 def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:

@@ -100,9 +100,9 @@ def calibrate(
 
 def _logs_of(given: OneLog) -> Sequence[OneLog]:
     """Return the paths of the logs of a folder or of a .zip file; another as it is."""
-    from pitotbench.logbook.bundle import held_in
+    from pitotbench.logbook.bundle import logs_given
 
-    return held_in(Path(given)) if isinstance(given, str | Path) else [given]
+    return logs_given(Path(given)) if isinstance(given, str | Path) else [given]
 
 
 def inspect(log: OneLog, mapping: str | Path | None = None) -> LogInspection:

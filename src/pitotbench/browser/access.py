@@ -37,7 +37,7 @@ class Access:
 
     port: int
     token: str
-    held: str
+    secret: str
 
     @property
     def hosts(self) -> tuple[str, ...]:
@@ -60,8 +60,8 @@ class Access:
             return "this page is on 127.0.0.1 alone"
         if request.headers.get("Origin") not in (None, *(f"http://{host}" for host in self.hosts)):
             return "this page takes nothing from another page"
-        held = request.cookies.get(self.cookie)
-        if held is None or not hmac.compare_digest(held.value.encode(), self.held.encode()):
+        secret = request.cookies.get(self.cookie)
+        if secret is None or not hmac.compare_digest(secret.value.encode(), self.secret.encode()):
             return _CLOSED
         return ""
 
@@ -84,7 +84,7 @@ class Entrance(RequestHandler):
         access: Access = self.settings["access"]
         self.set_cookie(
             access.cookie,
-            access.held,
+            access.secret,
             httponly=True,
             samesite="Strict",
             path="/",
@@ -153,6 +153,6 @@ class Guarded(BokehTornado):  # type: ignore[misc]
             return self.get_handler_delegate(request, Entrance)
         if words or request.path in _NEVER:
             status = HTTPStatus.FORBIDDEN if words else HTTPStatus.NOT_FOUND
-            told = {"refusal": HTTPError(status, reason=words or "not here")}
-            return self.get_handler_delegate(request, Refused, told)
+            arguments = {"refusal": HTTPError(status, reason=words or "not here")}
+            return self.get_handler_delegate(request, Refused, arguments)
         return super().find_handler(request)

@@ -26,7 +26,7 @@ from pitotbench.browser.work import (
 )
 from pitotbench.browser.workers import Workers
 from pitotbench.logbook.bundle import ZIP
-from pitotbench.records.log import HeldFlight
+from pitotbench.records.log import FlightSummary
 from pitotbench.show.reader_units import reader_units
 
 _SETTLE = 0.05  # s that a choice must stand before it is computed
@@ -105,7 +105,7 @@ class Desk:
 
         def then(name: str, reply: Any) -> None:
             if name == "refusal":
-                reply = (Found(NamedFile(place, shown), HeldFlight(shown, reply)),)
+                reply = (Found(NamedFile(place, shown), FlightSummary(shown, reply)),)
             places = range(len(self.found), len(self.found) + len(reply))
             self.found += reply
             self.store.known += [each.log for each in reply]
@@ -158,7 +158,7 @@ class Desk:
     def read_with(self, edited: Sequence[tuple[str, str]]) -> None:
         """Read the chosen log by the draft, of whose rows our name and unit were edited."""
         self.draft = [
-            (row[0], told, *row[2:]) for row, told in zip(self.draft, edited, strict=True)
+            (row[0], chosen, *row[2:]) for row, chosen in zip(self.draft, edited, strict=True)
         ]
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")

@@ -237,11 +237,11 @@ class View:
         if event.final and self._desk.look is not None:
             last = float(self._desk.look[1].minute[-1])
             ends = sorted(min(max(event.geometry[name], 0.0), last) for name in ("x0", "x1"))
-            told = [minutes_text(MINUTE * minute) for minute in ends]
-            if told[0] != told[1]:
+            labels = [minutes_text(MINUTE * minute) for minute in ends]
+            if labels[0] != labels[1]:
                 # Up to an end of the log is all up to there.
                 whole = [] if self._desk.leave_out else ["0:00", minutes_text(MINUTE * last)]
-                self._desk.brush(*("" if each in whole else each for each in told))
+                self._desk.brush(*("" if each in whole else each for each in labels))
 
 
 def open_document(desk: Desk, document: Document) -> View:

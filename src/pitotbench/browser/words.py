@@ -8,7 +8,7 @@ from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
 from pitotbench.show.calibration_tree import calibration_tree
-from pitotbench.show.inspection import HELD_COLUMNS
+from pitotbench.show.inspection import SUMMARY_COLUMNS
 from pitotbench.show.renderers import plain_of, plain_table
 from pitotbench.show.tree import SOURCES
 from pitotbench.units import SUFFIXES, SYMBOLS
@@ -23,7 +23,7 @@ def state_of(desk: Desk) -> Plain:
     return {
         "status": desk.status,
         "refusal": desk.refusal,
-        "flights": plain_table(HELD_COLUMNS, [each.flight for each in desk.found]),
+        "flights": plain_table(SUMMARY_COLUMNS, [each.flight for each in desk.found]),
         "refused": [str(each.flight) if each.flight.refusal else "" for each in desk.found],
         "books": [each.handbook for each in desk.found],
         "compared": [each.log == desk.handbook for each in desk.found],
@@ -60,6 +60,6 @@ def _answer(desk: Desk) -> Plain | None:
 
 
 def _draft(desk: Desk) -> Plain | None:
-    rows = [[theirs, *told, *rest[::-1]] for theirs, told, _, *rest in desk.draft]
-    ours = {*CHANNELS, *(told[0] for _, told, *_ in desk.draft)} - {""}
+    rows = [[theirs, *chosen, *rest[::-1]] for theirs, chosen, _, *rest in desk.draft]
+    ours = {*CHANNELS, *(chosen[0] for _, chosen, *_ in desk.draft)} - {""}
     return {"rows": rows, "ours": sorted(ours), "units": sorted(SUFFIXES)} if rows else None

@@ -11,7 +11,7 @@ from typing import Any
 
 from pitotbench.bench.calibration_request import CalibrationRequest, NamedFile
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
-from pitotbench.records.log import FlightLog, HeldFlight
+from pitotbench.records.log import FlightLog, FlightSummary
 from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
 from pitotbench.units import MINUTE, Array, Meters, MetersPerSecond
@@ -36,7 +36,7 @@ _SHOWN_VALUES = 3  # of a column in the draft of a mapping
 
 @dataclass(frozen=True, slots=True)
 class Request(CalibrationRequest):
-    """What an answer is asked from: the logs, and what the command is asked beside them."""
+    """What an answer is asked from: the logs, and what else the command is asked."""
 
     logs: tuple[NamedFile, ...] = ()
     model: str = ""
@@ -68,8 +68,8 @@ class Request(CalibrationRequest):
     def file_name(self, ending: str) -> str:
         """The name of a file with the answer: that of the first log, and the minutes used."""
         spans = [("from", self.begin), ("to", self.end), *(("without", s) for s in self.without)]
-        told = "".join(f"-{word}-{text.replace(':', 'm')}" for word, text in spans if text)
-        return f"{Path(self.logs[0].name).name.partition('.')[0]}{told}{ending}"
+        span = "".join(f"-{word}-{text.replace(':', 'm')}" for word, text in spans if text)
+        return f"{Path(self.logs[0].name).name.partition('.')[0]}{span}{ending}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class Found:
     """
 
     log: NamedFile
-    flight: HeldFlight
+    flight: FlightSummary
     autopilot: str = ""
     several: bool = False
     handbook: bool = False
@@ -133,12 +133,12 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
         prefix = f"{names.get(place.name, place.name)}/"
         unpack(place, unpacked)
         place = unpacked
-    held, plain = [], Request()
+    found, plain = [], Request()
     for each in flights_of(place, lambda path: _part(path, plain)):
         path = place / each.file if place.is_dir() else place
         name = "".join(filter(str.isprintable, names.get(each.file, prefix + each.file)))
         book = bool(each.refusal) and is_published(path)
-        told = replace(
+        described = replace(
             each,
             file=name,
             refusal=each.refusal.replace(str(path), name),
@@ -146,8 +146,8 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
         )
         header = {} if each.refusal else _part(path, plain).header
         autopilot = autopilot_of(header.get(PARAMETERS, ()), header.get(SENSOR, 1))
-        held.append(Found(NamedFile(path, name), told, autopilot, SENSOR in header, book))
-    tell("found", tuple(held))
+        found.append(Found(NamedFile(path, name), described, autopilot, SENSOR in header, book))
+    tell("found", tuple(found))
 
 
 @lru_cache(maxsize=3)

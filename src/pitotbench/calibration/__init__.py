@@ -144,10 +144,12 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
     from pitotbench.calibration.result import with_display_steps
 
     calibration = with_display_steps(calibration, log)
-    held = log.header.get(PARAMETERS)
-    if isinstance(held, Mapping) and all(isinstance(value, int | float) for value in held.values()):
+    parameters = log.header.get(PARAMETERS)
+    if isinstance(parameters, Mapping) and all(
+        isinstance(value, int | float) for value in parameters.values()
+    ):
         wash, sensor = propwash_effect(calibration.residuals, log), log.header.get(SENSOR, 1)
-        recorded = RecordedAutopilot(held, wash, sensor if isinstance(sensor, int) else 1)
+        recorded = RecordedAutopilot(parameters, wash, sensor if isinstance(sensor, int) else 1)
         calibration = replace(calibration, autopilot=recorded)
     require_useful(calibration)
     curve = calibration.curve
@@ -165,9 +167,9 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
     if verdict.kind != "plausible":
         caution = Caution(verdict.words, "curve size", size=verdict.worst)
         calibration = replace(calibration, warnings=(*calibration.warnings, caution))
-    told = [
+    broken = [
         Disagreement("pitot", str(each), 0.0, fatal=True)
         for each in log.cautions
         if each.code == BROKEN
     ]
-    return replace(calibration, disagreements=(*told, *calibration.disagreements))
+    return replace(calibration, disagreements=(*broken, *calibration.disagreements))

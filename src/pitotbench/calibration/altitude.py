@@ -57,7 +57,7 @@ _LIGHTER = 0.378  # 1 less the ratio of the molar masses of water and dry air
 _LAYER_DEPTH = 1000.0  # m, of a layer of the air
 _MOST_LAYERS = 20
 _FINE = 50  # steps in each layer
-_SMOOTH = 0.1  # weight of a bend of the temperature's profile beside one reading
+_SMOOTH = 0.1  # weight of a bend of the temperature's profile, relative to one reading
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
 _AT_REST = 1.0  # m/s over the ground
 _NO_AIRSPEED = 10.0 * KNOT  # m/s: below it a reading is that of an airplane at rest
@@ -125,8 +125,8 @@ def altitude_rows(
     if log.altitude is None:
         return None
     carried = carried_height(log, options.gps_latency, obs.has_down)
-    rest = _at_rest(log)
-    rows = np.flatnonzero((obs.used | rest) & np.isfinite(carried.height))
+    still = _at_rest(log)
+    rows = np.flatnonzero((obs.used | still) & np.isfinite(carried.height))
     if len(rows) < _FEWEST_BLOCKS:
         return None
     noise, spikes = _white_noise(log.static_pressure[rows])
@@ -138,7 +138,7 @@ def altitude_rows(
         obs,
         carried,
         blocks,
-        np.where(rest, 0.0, log.impact_pressure),
+        np.where(still, 0.0, log.impact_pressure),
         noise,
         wind,
         options,
@@ -165,12 +165,12 @@ def altitude_regression(
         free = model.error_count
         q = rows.impact_pressure
         basis = model.error.basis(np.maximum(q, 1.0) / model.reference_pressure)
-        rest = 1.0 - basis @ theta[:free]
-        response = rows.rise - rows.gain * q * (1.0 / rest - 1.0)
-        regressors[:, :free] = basis * (rows.gain * q / rest**2)[:, None]
+        impact_share = 1.0 - basis @ theta[:free]
+        response = rows.rise - rows.gain * q * (1.0 / impact_share - 1.0)
+        regressors[:, :free] = basis * (rows.gain * q / impact_share**2)[:, None]
         for place, nuisance in enumerate(nuisances, start=model.count):
             if nuisance.name == ZERO:
-                regressors[:, place] = _by_zero(rows, model, theta[:free], rest)
+                regressors[:, place] = _by_zero(rows, model, theta[:free], impact_share)
     if rows.tie is not None:
         ties = rows.tie[np.isfinite(rows.fix)]
         response = np.concatenate([response, ties])
@@ -178,7 +178,7 @@ def altitude_regression(
     return Regression(response, regressors, regressors, np.zeros(regressors.shape[1]))
 
 
-def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) -> Array:
+def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, impact_share: Array) -> Array:
     """Change of the rows per pascal of zero offset, (n,) [m/Pa]: the ports see the reading minus
     the offset.
 
@@ -186,7 +186,9 @@ def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) 
     """
     q, reference = rows.impact_pressure, model.reference_pressure
     bend = model.error.curve(np.maximum(q, 1.0) / reference, k)[1] / reference
-    return np.where(q > 0.0, -rows.gain * ((1.0 / rest - 1.0) + q * bend / rest**2), 0.0)
+    return np.where(
+        q > 0.0, -rows.gain * ((1.0 / impact_share - 1.0) + q * bend / impact_share**2), 0.0
+    )
 
 
 def _geopotential(height: Meters) -> Meters:

@@ -220,8 +220,8 @@ def _process(
 ) -> Array:
     """The slow process of the wind, as estimated under one noise, (blocks, 2) [m/s]."""
     data, first = problem.regression, structure.model.error_count
-    rest = problem.noise_of(phi).weigh((data.response - data.regressors @ estimate)[:, None])
-    seen = (rest * data.regressors[:, first : first + 2])[
+    weighed = problem.noise_of(phi).weigh((data.response - data.regressors @ estimate)[:, None])
+    seen = (weighed * data.regressors[:, first : first + 2])[
         : len(blocks.count)
     ]  # the height sees no wind
     memory = structure.priors.slow_wind_s

@@ -299,9 +299,11 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     """
     data, blocks = problem.regression, len(problem.sensor)
     response, regressors = data.response[:blocks], data.regressors[:blocks]
-    rest = response - regressors @ np.linalg.lstsq(regressors, response)[0]
-    total = max(float(np.mean(rest**2)), _WHITE_FLOOR)
-    once, twice = (max(float(np.mean(rest[k:] * rest[:-k])), 0.05 * total) for k in (1, 2))
+    residuals = response - regressors @ np.linalg.lstsq(regressors, response)[0]
+    total = max(float(np.mean(residuals**2)), _WHITE_FLOOR)
+    once, twice = (
+        max(float(np.mean(residuals[k:] * residuals[:-k])), 0.05 * total) for k in (1, 2)
+    )
     gust = min(once**2 / twice, total)  # an exponential correlation, carried back to lag zero
     white = max(total - gust - float(np.mean(problem.sensor)), _LEAST_WHITE**2)
     priors = structure.priors

@@ -163,10 +163,6 @@ def _verdict(
     return CurveVerdict(kind, float(error[at]), float(speed[at]), words)
 
 
-# Findings of one log that contradict each other. Samples without the wind scatter about the curve.
-# Where their mean near an airspeed lies off the curve by more than its bound and their own scatter
-# allow, the model of the curve or of the wind does not describe the log.
-
 _BIN = 10.0 * KNOT  # m/s: samples so near an airspeed are taken together
 _MEAN_OVER = 30.0  # s: and so near in time
 _SMOOTH_OVER = 300.0  # s: where the wind drifts, over as long as its path is smooth
@@ -184,6 +180,10 @@ def disagreements(
 ) -> tuple[Disagreement, ...]:
     """Return where the wind triangle and the height disagree, and where the samples lie off the
     curve.
+
+    Samples without the wind scatter about the curve. Where their mean near an airspeed lies off the
+    curve by more than its bound and their own scatter allow, the model of the curve or of the wind
+    does not describe the log.
 
     Of a wind that is `drifting` only a smooth path is taken from the samples. `agreement` is the
     probability that triangle and height differ by so much by chance, None where only one spoke.
@@ -235,8 +235,8 @@ def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> 
         f"{found}. The wind "
         "changed between its legs, or the curve does not describe this part of the flight"
     )
-    told = Disagreement("fixed_speed", words, abs(point.correction - value), fatal=False)
-    return replace(calibration, disagreements=(*calibration.disagreements, told))
+    finding = Disagreement("fixed_speed", words, abs(point.correction - value), fatal=False)
+    return replace(calibration, disagreements=(*calibration.disagreements, finding))
 
 
 def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[float, float]:
@@ -267,7 +267,7 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[
 
 _WASH_OVER = 30.0  # s: residuals within it share a gust and count as one
 _FEWEST_BLOCKS = 8
-# of full power: rms of power beside what airspeed explains, below which nothing is told
+# of full power: rms of power not explained by airspeed, below which nothing is reported
 _OWN_POWER = 0.05
 
 
@@ -307,15 +307,6 @@ def propwash_effect(residuals: Residuals, log: FlightLog) -> Estimate | None:
     spread = np.sqrt(scores @ scores * blocks / (blocks - len(known[0]) - 1)) / size
     return Estimate("wash", value, 2.0 * float(spread))
 
-
-# Warnings for nuisances and noise parameters that the log puts far outside their priors. Where the
-# log contradicts a prior, the estimate is a compromise between the two, and the bound is too small.
-# The sensor, its unit or the assumption is wrong; only the user can decide which. A log that hardly
-# knows a nuisance moves its estimate little, however wrong the prior. So an estimate is held
-# against what the prior lets such logs find, its prior predictive distribution: where the prior has
-# standard deviation s and the posterior r, estimates scatter by √(s² − r²) (Box, "Sampling and
-# Bayes' inference in scientific modelling and robustness", Journal of the Royal Statistical Society
-# A 143, 1980).
 
 _FAR = 3.0  # standard deviations of the prior of a noise parameter
 _Z_1_PERCENT = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
@@ -381,6 +372,14 @@ def outside_prior(
     structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior
 ) -> tuple[Caution, ...]:
     """Write a sentence for each nuisance and each noise parameter far outside its prior.
+
+    Where the log contradicts a prior, the estimate is a compromise between the two, and the bound
+    is too small: the sensor, its unit or the assumption is wrong, and only the user can decide
+    which. A log that hardly knows a nuisance moves its estimate little, however wrong the prior. So
+    an estimate is compared with what the prior lets such logs find, its prior predictive
+    distribution: where the prior has standard deviation s and the posterior r, estimates scatter by
+    √(s² − r²) (Box, "Sampling and Bayes' inference in scientific modelling and robustness", Journal
+    of the Royal Statistical Society A 143, 1980).
 
     Far is what 1 % of logs find of a nuisance where its prior holds, and for a noise parameter more
     than three standard deviations of the prior from its middle. The sentence states the size.

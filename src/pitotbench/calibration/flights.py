@@ -28,12 +28,6 @@ from pitotbench.records.calibration import (
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import Array, MetersPerSecond
 
-# Several logs of one airplane: one curve in common, and a separate wind for each log. Each log is
-# reduced separately. Its answer, as a Gaussian, is information about the curve, the wind of that
-# log and the nuisances. The unknowns of the airplane (curve, errors of its sensors) are common to
-# all logs; those of the day are separate. A common prior counts once. The sum of the information is
-# the joint fit of the linearized problems.
-
 _DISAGREE = 0.01  # probability of so much disagreement by chance: below it there is a warning
 
 
@@ -53,6 +47,12 @@ class _Information:
 def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
     """Give each of several reductions with one reference pressure the joint answer, with the
     indicated airspeeds [m/s] that all cover.
+
+    The logs are of one airplane. Each log is reduced separately. Its answer, as a Gaussian, is
+    information about the curve, the wind of that log and the nuisances. The unknowns of the
+    airplane (curve, errors of its sensors) are common to all logs; those of the day are separate. A
+    common prior counts once. The sum of the information is the joint fit of the linearized
+    problems.
     """
     indicated = [air.calibrated_airspeed(each.observations.impact_pressure) for each in single]
     airspeeds = curve_airspeeds(np.concatenate(indicated))
@@ -179,10 +179,6 @@ def _inverse(matrix: Array) -> Array:
     return np.asarray(np.linalg.inv(matrix / np.outer(scale, scale)) / np.outer(scale, scale))
 
 
-# A log is cut where its recording pauses for more than five minutes. A flight that determines no
-# answer by itself, such as a taxi or a leg on one heading, is left out where two others remain;
-# else the log is reduced as one flight.
-
 T = TypeVar("T")
 _FEWEST = 2  # flights of one log
 
@@ -207,6 +203,10 @@ def reduce_flights(
     logs: Sequence[FlightLog], options: CalibrationOptions, known: Known | None = None
 ) -> list[CalibratedFlight]:
     """Calibrate every flight of the logs, with one curve for all and a separate wind for each.
+
+    A log is cut where its recording pauses for more than five minutes. A flight that determines no
+    answer by itself, such as a taxi or a leg on one heading, is left out where two others remain;
+    else the log is reduced as one flight.
 
     What `known` holds of a log with these options is not fitted again, and what is fitted is put
     there. Raises as `reduce_log` does.
@@ -270,8 +270,8 @@ def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
         np.concatenate([getattr(each.residuals, name) for each in flights])
         for name in ("time", "indicated_airspeed", "airspeed")
     )
-    told = ("warnings", "winds", "parts", "left_out", "disagreements", "points")
-    lists: dict[str, Any] = {name: every(name) for name in told}
+    joined = ("warnings", "winds", "parts", "left_out", "disagreements", "points")
+    lists: dict[str, Any] = {name: every(name) for name in joined}
     return replace(
         first,
         wind=WindEstimate(mean("north"), mean("east")),

@@ -1,4 +1,4 @@
-"""Reduce tower fly-bys: the altimeter beside the tower's barometer."""
+"""Reduce tower fly-bys: the altimeter against the tower's barometer."""
 
 from collections.abc import Mapping, Sequence
 

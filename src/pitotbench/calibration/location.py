@@ -165,8 +165,8 @@ def _with_height(
     probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
     elsewhere = IMPACT if assumed == IMPACT else TOTAL
     shares = {STATIC: probability, elsewhere: 1.0 - probability}
-    beside = replace(near, noise=np.concatenate([near.noise, noise]))
-    tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False, rows), beside)}
+    separate = replace(near, noise=np.concatenate([near.noise, noise]))
+    tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False, rows), separate)}
     fits = {
         name: final_pass(tried[name][0], obs, tried[name][1])
         for name in tried
@@ -341,8 +341,8 @@ def mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
     )
 
 
-def widened_by(answer: Posterior, apart: Array) -> Posterior:
+def widened_by(answer: Posterior, difference: Array) -> Posterior:
     """Widen an answer by its difference (p,) from that for another location, taken as one standard
     deviation.
     """
-    return replace(answer, covariances=answer.covariances + np.outer(apart, apart))
+    return replace(answer, covariances=answer.covariances + np.outer(difference, difference))

@@ -29,12 +29,6 @@ from pitotbench.units import (
     Seconds,
 )
 
-# Rows that the range of the impact-pressure sensor cuts off: a reading at its end is not a
-# measurement. Leaving out the rows at the end alone would keep the lulls and lose the gusts, and
-# the curve would be wrong by a part of the gusts. So the rows are chosen by what hardly depends on
-# one gust: the mean of the reading over half a minute has to be below the end of the range by three
-# times the scatter about it.
-
 _MEAN_OVER = 30.0  # s: a gust lasts 4 s at 250 kt and 10 s at 100 kt
 _AROUND = 5.0  # s: before and after a row at the end of the range, where the airplane comes from it or goes to it
 _SCATTER = 3.0  # times the scatter about the mean: a thousandth of the readings is cut off there
@@ -71,6 +65,11 @@ class RangeEnd:
 def range_end(log: FlightLog) -> RangeEnd | None:
     """Return the end of the impact-pressure sensor's range as the log shows it; None where it shows
     none.
+
+    A reading at the end of the range is not a measurement. Leaving out the rows at the end alone
+    would keep the lulls and lose the gusts, and the curve would be wrong by a part of the gusts. So
+    the rows are chosen by what hardly depends on one gust: the mean of the reading over half a
+    minute has to be below the end of the range by three times the scatter about it.
     """
     rows = at_ceiling(log.impact_pressure)
     if not rows.any():
@@ -93,11 +92,6 @@ def range_end(log: FlightLog) -> RangeEnd | None:
 _MINIMUM_AIRSPEED = 20.0 * KNOT  # below it the impact pressure is too small to be of use
 _MINIMUM_PRESSURE = float(air.impact_pressure(_MINIMUM_AIRSPEED))
 
-# Find the parts of a flight that serve a calibration: in the air, away from take-off and landing,
-# not steep. On the ground and in ground effect the air data have errors of their own. After
-# take-off and before landing the airplane flies with flaps or gear, through the shear of the lowest
-# air. In steep flight the wind changes with height faster than turns can show it.
-
 _FLYING = 0.45  # of the fast airspeed of the log: below it an airplane rolls, or stalls
 _FAST = 0.9  # quantile of the airspeeds above 20 kt
 _AFTER_TAKE_OFF = 60.0  # s
@@ -119,7 +113,7 @@ class UsableParts:
     reasons: tuple[str, ...]
 
     def less(self, left_out: Iterable[tuple[str, Booleans]]) -> "UsableParts":
-        """Leave out rows (n,) for further reasons; a reason that takes none is not told."""
+        """Leave out rows (n,) for further reasons; a reason that takes none is not reported."""
         rows, reasons = self.rows, self.reasons
         for why, out in left_out:
             if (rows & out).any():
@@ -132,7 +126,12 @@ def _every_row(log: FlightLog) -> UsableParts:
 
 
 def usable_parts(log: FlightLog) -> UsableParts:
-    """Return the parts of a log that serve a calibration."""
+    """Return the parts of a log that serve a calibration.
+
+    On the ground and in ground effect the air data have errors of their own. After take-off and
+    before landing the airplane flies with flaps or gear, through the shear of the lowest air. In
+    steep flight the wind changes with height faster than turns can show it.
+    """
     speed = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
     flying = speed > _flying_airspeed(speed)
     # A log with rows of taxi holds a take-off or a landing. Recorders may leave out those at rest.

@@ -13,10 +13,6 @@ from pitotbench.pressure_error.models import SMOOTH, SmoothModel
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Assumption
 
-# Accuracies of constant errors that the residual does not show. Each widens the bound. Where an
-# accuracy is not stated, the usual one is assumed. A bound for an exact temperature would be too
-# small on nearly every airplane.
-
 # K, 2σ: departure of a day from the standard one, for a log without temperature. Five days of
 # measured logs were +9.8, +10.7, 0, −4 and −1 K off; it allows for so few.
 WITHOUT_TEMPERATURE = 15.0
@@ -26,6 +22,10 @@ WITHOUT_TEMPERATURE = 15.0
 class Accuracies:
     """2σ of errors that are constant over a log, and over several logs of one airplane; 0 leaves an
     error out.
+
+    Each widens the bound: the residual does not show them. Where an accuracy is not stated, the
+    usual one is assumed, because a bound for an exact temperature would be too small on nearly
+    every airplane.
 
     total_source [-] of the total pressure and the sensor's scale, as a share of the impact
     pressure: it parts the airspeed's error from the static source's, which the height shows.
@@ -139,11 +139,6 @@ def _checked(stated: object) -> dict[str, float]:
     return numbers
 
 
-# The priors of what a log tells little of: the air, the receiver's height, the curve's shape. The
-# answer hardly depends on one that the log contradicts clearly; in a short log or in smooth air it
-# does.
-
-
 def _prior(value: float, unit: str, usual: tuple[float, float], source: str) -> Any:
     """A field with its value, unit, usual range and source."""
     return field(default=value, metadata={"unit": unit, "usual": usual, "source": source})
@@ -152,6 +147,10 @@ def _prior(value: float, unit: str, usual: tuple[float, float], source: str) -> 
 @dataclass(frozen=True, slots=True)
 class Priors:
     """The numbers of the priors, each a field with unit, usual range and source in its metadata.
+
+    They are of what a log says little of: the air, the receiver's height, the curve's shape. The
+    answer hardly depends on one that the log contradicts clearly; in a short log or in smooth air
+    it does.
 
     A name that ends in `factor` is one standard deviation of a log-normal prior, as a factor; the
     other standard deviations are those of half-normal priors, or 1σ. Raises BadInputError for a

@@ -21,11 +21,6 @@ from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.pressure_error.models import PressureErrorModel
 from pitotbench.units import KNOT, Array, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
-# The predicted air data for a given ground velocity, wind and error curve, with the exact Jacobian.
-# The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity).
-# The parameters are θ = [k1 … kK, W_N, W_E (, W_D)], wind components in m/s toward north, east and
-# down.
-
 _NEWTON_STEPS = 8  # more are needed only where the error curve bends back on itself
 _BLOCK = 1 << 12  # rows: their arrays fill a part of a processor's cache
 _LAST_STEP = 1e-5  # of the impact pressure; the remaining error is about 1e-10 of it
@@ -59,6 +54,10 @@ class Prediction:
 @dataclass(frozen=True, slots=True)
 class PredictionModel:
     """The prediction to be fitted.
+
+    The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity).
+    The parameters are θ = [k1 … kK, W_N, W_E (, W_D)], wind components in m/s toward north, east
+    and down.
 
     `reference_pressure` [Pa] is q_ref of the error model. With `static_error` the error is that of
     the static source and changes the static pressure too. With `wind_down` the vertical wind is a
@@ -200,11 +199,11 @@ def _pressure_ratio(
     """
     squared = north * north + east * east + down * down
     heat = air.HEAT_RATIO * air.GAS_CONSTANT * probe_temperature
-    rest = heat - probe_heating * squared
-    mach_squared = squared / rest
+    static_heat = heat - probe_heating * squared
+    mach_squared = squared / static_heat
     base = 1.0 + 0.2 * mach_squared
     power = base * base * np.sqrt(base)
-    return power * base - 1.0, 0.7 * power * heat / (rest * rest), np.sqrt(squared)
+    return power * base - 1.0, 0.7 * power * heat / (static_heat * static_heat), np.sqrt(squared)
 
 
 _STEPS_KT = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
@@ -246,17 +245,20 @@ class CurveMap:
 
     def correction_gradient(self, k: Array) -> Array:
         """Derivative of the correction with respect to k, (c, K) [m/s]."""
-        rest = 1.0 - self.normalized(k)
-        pressure = self.impact_pressure() / rest
-        return self.basis() * (air.calibrated_airspeed_slope(pressure) * pressure / rest)[:, None]
+        impact_share = 1.0 - self.normalized(k)
+        pressure = self.impact_pressure() / impact_share
+        return (
+            self.basis()
+            * (air.calibrated_airspeed_slope(pressure) * pressure / impact_share)[:, None]
+        )
 
     def correction_by_zero(self, k: Array) -> Array:
         """Derivative of the correction with respect to the zero offset, (c,) [m/s per Pa]."""
-        rest, reference = 1.0 - self.normalized(k), self.model.reference_pressure
+        impact_share, reference = 1.0 - self.normalized(k), self.model.reference_pressure
         bend = self.model.error.curve(self.impact_pressure() / reference, k)[1] / reference
-        by_indicated = (1.0 + self.impact_pressure() * bend / rest) / rest
+        by_indicated = (1.0 + self.impact_pressure() * bend / impact_share) / impact_share
         return np.asarray(
-            -air.calibrated_airspeed_slope(self.impact_pressure() / rest) * by_indicated
+            -air.calibrated_airspeed_slope(self.impact_pressure() / impact_share) * by_indicated
         )
 
     def altitude(self, k: Array, static_pressure: float) -> Meters:
@@ -280,12 +282,12 @@ class CurveMap:
 
     def altitude_gradient(self, k: Array, static_pressure: float) -> Array:
         """Derivative of the altitude correction with respect to k, (c, K) [m]."""
-        rest = 1.0 - self.normalized(k)
+        impact_share = 1.0 - self.normalized(k)
         pressure = self.impact_pressure()
-        true = static_pressure - pressure * (1.0 / rest - 1.0)
+        true = static_pressure - pressure * (1.0 / impact_share - 1.0)
         temperature = air.standard_temperature(air.pressure_altitude(true))
         meters_a_pascal = air.GAS_CONSTANT * temperature / (true * air.GRAVITY)
-        return np.asarray(self.basis() * (meters_a_pascal * pressure / rest**2)[:, None])
+        return np.asarray(self.basis() * (meters_a_pascal * pressure / impact_share**2)[:, None])
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
@@ -303,13 +305,6 @@ def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
     if len(points) < 2:
         points = np.array([low, high])
     return np.asarray(points * KNOT)
-
-
-# The wind reported for a drifting wind: the mean over the rows of the log, not the level W of the
-# process. The wind is W + w(t), with w a Gauss-Markov process. The data determine its mean over the
-# flight far better than W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to
-# the estimate of W (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science 6,
-# 1991).
 
 
 def wind_by_circle(obs: Observations) -> Array:
@@ -414,6 +409,11 @@ def mean_wind(
 ) -> MeanWind:
     """The mean wind of a problem whose wind columns begin at `first`.
 
+    It is the mean over the rows of the log, not the level W of the process: the wind is W + w(t),
+    with w a Gauss-Markov process. The data determine its mean over the flight far better than W.
+    With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the estimate of W
+    (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science 6, 1991).
+
     Parameters: noise, which includes the process; problem; kernel (n,), see `kernel_means`;
     deviation, the standard deviation of the process [m/s]; first.
     """
@@ -429,11 +429,6 @@ def _at_least(matrix: Array, floor: float) -> Array:
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     return np.asarray((vectors * np.maximum(values, floor)) @ vectors.T)
 
-
-# The nuisances: quantities that are estimated together with the curve and the wind, each with its
-# prior. Every nuisance is one number with a mean of zero. Its effect on the predicted airspeed is
-# proportional to it. The first order is enough: an error of 3 K in the temperature changes the
-# airspeed by 0.5 %, and the neglected second order is below 0.003 % of the airspeed.
 
 # Wide priors of a wind that changes: by 5 m/s in ten minutes (`linear`), and in 300 m of height
 # (every wind but the constant one), is one standard deviation.
@@ -453,6 +448,11 @@ Change = Callable[[Observations], Array | float]
 @dataclass(frozen=True, slots=True)
 class Nuisance:
     """One unknown with a Gaussian prior of mean zero.
+
+    A nuisance is estimated together with the curve and the wind. It is one number with a mean of
+    zero, and its effect on the predicted airspeed is proportional to it. The first order is enough:
+    an error of 3 K in the temperature changes the airspeed by 0.5 %, and the neglected second order
+    is below 0.003 % of the airspeed.
 
     `name` ends in the unit and `deviation` is the prior's standard deviation in it. `column` gives
     the change of the predicted true airspeed per unit, (n,) [m/s]. `wind` is the axis (0 north, 1

@@ -72,13 +72,6 @@ if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 from pitotbench.calibration.screening import screen
 
-# The latency of the GPS velocity against the air data, from planned changes of speed. A latency has
-# an effect where the airplane accelerates over the ground along the airspeed. But the ground speed
-# also responds to gusts, by an airspeed hold or by drag alone. These small accelerations imitate a
-# latency (simulated flights without latency gave −1.0 to −1.5 s on circles and level legs).
-# Therefore only larger accelerations count. They are smoothed, which also removes the noise of the
-# velocity. A log without any, of steady legs or turns, does not determine the latency.
-
 _PLANNED = 0.4  # m/s²: an idle deceleration has 1, the response to moderate turbulence 0.1
 _READINGS = 4  # of the log, at most, each with the latest estimate
 _LARGEST = 2.0  # s, of a latency of either sign
@@ -92,6 +85,13 @@ def estimate_latency(
     fit: CoveringFit,
 ) -> Estimate:
     """Estimate the latency of the GPS velocity [s], with 2σ.
+
+    A latency has an effect where the airplane accelerates over the ground along the airspeed. But
+    the ground speed also responds to gusts, by an airspeed hold or by drag alone. These small
+    accelerations imitate a latency (simulated flights without latency gave −1.0 to −1.5 s on
+    circles and level legs). Therefore only larger accelerations count. They are smoothed, which
+    also removes the noise of the velocity. A log without any, of steady legs or turns, does not
+    determine the latency.
 
     It is negative where the air data trail. The 2σ is infinite where the log does not determine it.
     The rows of the fit, `obs`, are read again with each estimate until the estimate settles.
@@ -302,7 +302,7 @@ def _white(
     """The good rows, the white fit to them, and the numbers of the rows left out, (k,).
 
     Output error knows no prior: for a model with one, the richest law that the log determines is
-    fitted, and told in the parameters of the model. Raises the NoAnswerError of the simplest law
+    fitted, in the parameters of the model. Raises the NoAnswerError of the simplest law
     where it determines none.
     """
     if not np.any(model.error.precisions):
@@ -316,11 +316,13 @@ def _white(
         except NoAnswerError as error:
             reasons.append(error)
             continue
-        return good, _told_by(model, law, fit), left_out
+        return good, _in_parameters_of(model, law, fit), left_out
     raise reasons[-1]
 
 
-def _told_by(model: PredictionModel, law: PredictionModel, fit: OutputErrorFit) -> OutputErrorFit:
+def _in_parameters_of(
+    model: PredictionModel, law: PredictionModel, fit: OutputErrorFit
+) -> OutputErrorFit:
     """A white fit of a law in the parameters of a smooth model."""
     assert isinstance(model.error, SmoothModel)
     x = np.geomspace(model.error.low, model.error.high)
@@ -417,7 +419,7 @@ def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
 
 
 def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None) -> Reduction:
-    """The reduction with the answer of a located fit and what it found beside it."""
+    """The reduction with the answer of a located fit and what else it found."""
     structure, fit, obs = located.structure, located.fit, white.observations
     change, answer = None, located.answer
     stepped: tuple[Caution, ...] = ()
@@ -545,13 +547,12 @@ def _wind_warning(change: WindChange) -> Caution:
     )
 
 
-# Linear algebra on one thread: faster for arrays of this size, and the same digits on any number of
-# cores.
-
-
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Limit the linear-algebra libraries to one thread within the context."""
+    """Limit the linear-algebra libraries to one thread within the context.
+
+    It is faster for arrays of this size, and gives the same digits on any number of cores.
+    """
     with _controller().limit(limits=1):
         yield
 

@@ -378,17 +378,6 @@ def residuals_of(reduction: Reduction) -> Residuals:
     return Residuals(time=obs.time, indicated_airspeed=indicated, airspeed=airspeed, used=obs.used)
 
 
-# The share of the bound that the steps of a display make: what the residual of a log cannot show.
-# On a steady leg a display shows one number, which is wrong by up to half a step and never
-# scatters. Near each airspeed the mean of the readings errs as the mean of so many independent
-# rounding errors as there are different readings; a reading that stands for long counts once. Where
-# gusts move the reading to and fro, its rounding errors change from row to row. They are then part
-# of the residual, which the bound already holds, and their mean is nearly zero. With a scatter of σ
-# steps the share of the mean's variance that stays is the sum over k of 6/(π k)² |φ(2π k)|², where
-# φ is the characteristic function of what moves the reading (B. Widrow and I. Kollár, Quantization
-# Noise, 2008). No shape is assumed for it: the share is that of a sinusoid, whose envelope |φ(2π
-# k)|² <= 1/(√2 π² k σ) falls slowest of the usual ones.
-
 _NEAR = 10.0 * KNOT  # m/s: readings that decide about the curve at an airspeed
 _WINDOW = 10.0  # s: scatter within it is that of gusts, not a change of the maneuver's airspeed
 _FEWEST = 5  # rows of a window that tell a scatter
@@ -429,6 +418,17 @@ def display_two_sigma(
 ) -> MetersPerSecond:
     """Return 2σ [m/s] that the steps of a display leave in the correction at indicated airspeeds,
     (c,) [m/s].
+
+    It is what the residual of a log cannot show. On a steady leg a display shows one number, which
+    is wrong by up to half a step and never scatters. Near each airspeed the mean of the readings
+    errs as the mean of so many independent rounding errors as there are different readings; a
+    reading that stands for long counts once. Where gusts move the reading to and fro, its rounding
+    errors change from row to row. They are then part of the residual, which the bound already
+    holds, and their mean is nearly zero. With a scatter of σ steps the share of the mean's variance
+    that stays is the sum over k of 6/(π k)² |φ(2π k)|², where φ is the characteristic function of
+    what moves the reading (B. Widrow and I. Kollár, Quantization Noise, 2008). No shape is assumed
+    for it: the share is that of a sinusoid, whose envelope |φ(2π k)|² <= 1/(√2 π² k σ) falls
+    slowest of the usual ones.
     """
     speed = np.asarray(air.calibrated_airspeed(log.impact_pressure))
     variance = np.zeros(len(indicated_airspeed))

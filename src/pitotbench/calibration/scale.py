@@ -21,16 +21,16 @@ from pitotbench.units import Array
 
 @dataclass(frozen=True, slots=True)
 class ScaleLimits:
-    """Where a factor is found anew and told; ratios of the airspeed without unit."""
+    """Where a factor is found anew and reported; ratios of the airspeed without unit."""
 
     refined: float = 0.02  # from 1; a factor that may lie beyond has a fit of its own
     slowest: float = 5.0  # m/s over the ground, of the rows of that fit: an autopilot's in flight
-    told: float = 0.05  # from 1, beyond which it is told: usual position errors are below
+    reported: float = 0.05  # from 1, beyond which it is reported: usual position errors are below
     zero: float = 100.0  # Pa, 2σ of the sensor's zero: that of an autopilot's sensor
     gain: float = 0.5  # of a factor, in logarithms: where the gain makes less, it is a zero
     half: float = 0.06  # of the factor, by which a sensor that reads half may differ
-    own: float = 0.02  # 2σ of an airplane's own position error beside a true airspeed
-    dense: float = 0.04  # by which true and indicated airspeed must differ to be told apart
+    own: float = 0.02  # 2σ of an airplane's own position error, relative to a true airspeed
+    dense: float = 0.04  # by which true and indicated airspeed must differ to be distinguished
 
 
 LIMITS = ScaleLimits()
@@ -54,7 +54,7 @@ _HALVES = {2.0: "half of the airspeed", float(np.sqrt(2.0)): "half of the impact
 def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions) -> Calibration:
     """Return a calibration with its factor on the airspeed.
 
-    A large factor is told, and one that a unit makes as well is not to be used.
+    A large factor is reported, and one that a unit makes as well is not to be used.
     """
     if result.wind is None or any(each.code == BROKEN for each in result.warnings):
         return result  # what is broken explains a factor
@@ -71,9 +71,9 @@ def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions)
             f"{_factor_words(scale)}, and so would {' or '.join(scale.units)}: the log does not "
             "tell which; look into the recorder's settings before you use either"
         )
-        told = Disagreement("scale", words, 0.0, fatal=True)
-        result = replace(result, disagreements=(*result.disagreements, told))
-    if known and abs(scale.factor - 1.0) > LIMITS.told:
+        reported = Disagreement("scale", words, 0.0, fatal=True)
+        result = replace(result, disagreements=(*result.disagreements, reported))
+    if known and abs(scale.factor - 1.0) > LIMITS.reported:
         words = f"{_factor_words(scale)}{_settings(result, scale)}{_half(scale)}"
         caution = Caution(words, "scale", size=scale.factor)
         others = [each for each in result.warnings if each.code != SPEED_FACTOR]
@@ -115,8 +115,8 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
 
     k, z = (float(answer.mean[place]) for place in places)
     by_gain, whole = (abs(np.log(np.mean(ratios(k, offset)))) for offset in (0.0, z))
-    if whole > LIMITS.told and by_gain < LIMITS.gain * whole:
-        z, places = 0.0, places[:1]  # what would be told is the zero's, which the curve holds
+    if whole > LIMITS.reported and by_gain < LIMITS.gain * whole:
+        z, places = 0.0, places[:1]  # what would be reported is the zero's, which the curve holds
     here = ratios(k, z)
     toward = np.zeros((1, len(answer.mean)))
     moved = (k + _STEP, z), (k, z + _STEP)

@@ -25,13 +25,6 @@ from pitotbench.records.log import Caution
 from pitotbench.timeline import minutes_text
 from pitotbench.units import Array, MetersPerSecond, Seconds
 
-# The wind across the heading in straight flight, which needs no airspeed. Without sideslip the
-# velocity through the air points along the heading, so the ground velocity across the heading is
-# the wind across it. A heading is a few degrees off, which at 60 m/s are meters a second. But most
-# of this error is the same over a log, follows the speed (the trim in sideslip) or drifts slowly (a
-# gyro), so the rows show whether the wind changed. Gusts hardly count: they turn the airplane's
-# path over the ground slowly.
-
 # Degrees (1σ) of the heading's error: constant, with 1/q over the log, and in ten minutes.
 DIRECTION_DEVIATIONS = np.array([5.0, 2.0, 0.5])
 _TEN_MINUTES = 600.0  # s
@@ -65,6 +58,13 @@ def heading_rows(
 ) -> HeadingRows | None:
     """Compute the rows; None for a log without heading or straight flight. `airspeed` (blocks,) is
     the true one.
+
+    They give the wind across the heading, without an airspeed. Without sideslip the velocity
+    through the air points along the heading, so the ground velocity across the heading is the wind
+    across it. A heading is a few degrees off, which at 60 m/s are meters a second. But most of this
+    error is the same over a log, follows the speed (the trim in sideslip) or drifts slowly (a
+    gyro), so the rows show whether the wind changed. Gusts hardly count: they turn the airplane's
+    path over the ground slowly.
     """
     if obs.heading is None:
         return None
@@ -72,8 +72,8 @@ def heading_rows(
     ground = np.stack([obs.velocity_north, obs.velocity_east], axis=1)
     east, north = (blocks.mean(right) * [-1.0, 1.0]).T
     turn = np.abs(np.gradient(np.unwrap(np.arctan2(east, north)), blocks.length)) > _STRAIGHT
-    beside = turn | np.append(turn[1:], False) | np.append(False, turn[:-1])
-    straight = np.flatnonzero(~beside)
+    near_turn = turn | np.append(turn[1:], False) | np.append(False, turn[:-1])
+    straight = np.flatnonzero(~near_turn)
     if len(straight) < _FEWEST:
         return None
     time = blocks.intervals.edges[blocks.intervals.left[straight]]
@@ -99,7 +99,7 @@ def heading_rows(
 
 def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
     """White noise and a slow wander, by the usual difference of neighbors and of rows some time
-    apart.
+    after one another.
 
     Medians of differences do not see a single change of the wind.
     """
@@ -107,12 +107,14 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
     white = max(deviation_of_sizes(np.abs(np.diff(response, 2)) / np.sqrt(6.0)), _WHITE)
     lag = max(round(_LAG / step), 1)
     together = time[lag:] - time[:-lag] < 1.5 * lag * step
-    apart = (
+    distances = (
         deviation_of_sizes(np.abs(response[lag:] - response[:-lag])[together])
         if together.any()
         else 0.0
     )
-    wander = max(apart / float(np.sqrt(2.0 * (1.0 - np.exp(-lag * step / _WANDER_TIME)))), _WANDER)
+    wander = max(
+        distances / float(np.sqrt(2.0 * (1.0 - np.exp(-lag * step / _WANDER_TIME)))), _WANDER
+    )
     slow = ornstein_uhlenbeck(time, wander, _WANDER_TIME, (1.0,))
     return PointNoise(
         np.full((1, len(time)), white**2),
@@ -120,13 +122,6 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
         UnknownColumns(np.zeros((len(time), 0)), np.zeros(0)),
     )
 
-
-# The answer is averaged over a constant wind and over changes of it, each with its probability
-# given the log (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). A change
-# is a sum of known shapes with unknown sizes: a straight line, a wave, slow cosines for a drift,
-# one step for a front. Where each speed is flown once, the airspeed alone often cannot tell a
-# change of the wind from a curve. The heading helps (`heading_rows`). Background: Kass and Raftery,
-# "Bayes factors", Journal of the American Statistical Association 90 (1995).
 
 STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
 # Bayes factor of a change from which on it may be named. Below a third the log supports a constant
@@ -184,8 +179,15 @@ class _Shapes:
 def check_wind(
     structure: Structure, every: Observations, fit: CoveringFit, answer: Posterior
 ) -> tuple[WindChange | None, Posterior]:
-    """Weigh changes of the wind beside the constant wind of a fit, and average its answer over
+    """Weigh changes of the wind against the constant wind of a fit, and average its answer over
     them.
+
+    The answer is averaged over a constant wind and over changes of it, each with its probability
+    given the log (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). A change
+    is a sum of known shapes with unknown sizes: a straight line, a wave, slow cosines for a drift,
+    one step for a front. Where each speed is flown once, the airspeed alone often cannot tell a
+    change of the wind from a curve. The heading helps (`heading_rows`). Background: Kass and
+    Raftery, "Bayes factors", Journal of the American Statistical Association 90 (1995).
 
     Returns what was found, and the mixture over a constant wind and its changes. A log too short
     for a change has None and the answer as it is.
@@ -214,7 +216,7 @@ def check_wind(
     sizes = likely.reshape(2, -1)
     some = shapes.of_time[:: len(shapes.of_time) // _MOMENTS + 1, change.places[: sizes.shape[1]]]
     winds = some @ sizes.T
-    apart = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
+    distances = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
     log_factor = float(logsumexp(odds) - logsumexp(heights))
     by_chance = (
         logsumexp(_gains(found[0], found[0].drawn(_DRAWS, _SEED), shapes), axis=0) >= log_factor
@@ -227,12 +229,8 @@ def check_wind(
     shares = _CHANGES * np.exp(odds - logsumexp(heights) - max(log_factor, 0.0))
     steady = (1.0 - _CHANGES) * np.exp(-max(log_factor, 0.0))
     averaged = _averaged(answer, steady, shares, found, shapes, structure.model.error_count)
-    return WindChange(factor, chance, change.kind, float(np.max(apart)), time, *moves), averaged
+    return WindChange(factor, chance, change.kind, float(np.max(distances)), time, *moves), averaged
 
-
-# A factor of the impact pressure that steps in flight (ice, a leak, another source) is only warned
-# of: where each speed is flown once it is hard to tell from a curve, and an average over it would
-# widen the bound of every log.
 
 _GAIN = 0.05  # 1σ of a step of the factor
 _LEAST_GAIN = 0.01  # the least step that is named
@@ -247,6 +245,9 @@ def check_gain(
 ) -> tuple[Caution, ...]:
     """Warn of a step of the impact pressure's factor that the log shows, and no wind and no chance
     explains.
+
+    It is only warned of: where each speed is flown once it is hard to separate from a curve, and an
+    average over it would widen the bound of every log.
     """
     obs = every.every(max(round(_LEAST_INTERVAL / float(np.median(np.diff(every.time)))), 1))
     blocks, theta = divide(obs, 2.0 * block_length(obs)), fit.theta[: structure.model.count]

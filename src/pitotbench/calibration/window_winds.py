@@ -43,7 +43,7 @@ def window_winds(
     """The mean wind of each window under the most likely noise."""
     noise, deviation = problem.noise_of(node.noise), float(np.exp(node.noise[3]))
     first, data = structure.model.error_count, problem.regression
-    winds, rest = slice(first, first + 2), len(data.response) - len(blocks.count)
+    winds, height_rows = slice(first, first + 2), len(data.response) - len(blocks.count)
     known = np.zeros((2, len(node.estimate)))
     known[:, winds] = np.eye(2)
     changes = np.zeros((len(blocks.count), 2, len(structure.nuisances)))
@@ -62,7 +62,9 @@ def window_winds(
         of_level = known.copy()
         of_level[:, structure.model.count :] = np.einsum("b,ban->an", weights, changes)
         crossed = (
-            deviation**2 * np.append(kernel, np.zeros(rest))[:, None] * data.regressors[:, winds]
+            deviation**2
+            * np.append(kernel, np.zeros(height_rows))[:, None]
+            * data.regressors[:, winds]
         )
         weighed = noise.weigh(crossed)
         value = theta[winds] + of_level @ node.estimate

@@ -30,9 +30,6 @@ from pitotbench.records import BadInputError, NoAnswerError
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
-# A task is all the work on one flight. A task that fails is reported in words and the other tasks
-# go on. A task whose process dies is performed once more, alone, and is then put in quarantine.
-
 T = TypeVar("T")
 R = TypeVar("R")
 Step = Callable[[], None]
@@ -155,6 +152,9 @@ def _log() -> int:
 @dataclass(frozen=True, slots=True)
 class Fleet:
     """Performs tasks through an executor, or in this process where the executor is None.
+
+    A task is all the work on one flight. A task that fails is reported in words and the other tasks
+    go on. A task whose process dies is performed once more, alone, and is then put in quarantine.
 
     `window` is the number of calls that are submitted at a time; it should be somewhat above the
     number of workers. A call is one task, or as many as take some `bundle` seconds together, where
@@ -440,9 +440,6 @@ def say(text: str) -> None:
     sys.stderr.flush()
 
 
-# A fleet on a dask cluster whose workers are checked before anything is flown.
-# Every worker must have the versions and the code of the driver, and one thread.
-
 _ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
 _AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
 # s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
@@ -469,6 +466,9 @@ def describe_host() -> Host:
 @contextmanager
 def open_cluster(address: str, limits: Limits, security: Path | None = None) -> Iterator[Fleet]:
     """Give a fleet on the workers of a dask scheduler.
+
+    Every worker must have the versions and the code of the driver, and one thread: this is checked
+    before anything is flown.
 
     Raises BadInputError where dask is not installed, where the scheduler does not answer, where it
     has no worker within a minute, and where a worker has other versions, other code or more than

@@ -54,7 +54,7 @@ class ResultStore:
     folder: Path
     sync: bool = True
 
-    _held: ClassVar[dict[Path, sqlite3.Connection]] = {}  # the locks of this process
+    _locks: ClassVar[dict[Path, sqlite3.Connection]] = {}  # the locks of this process
 
     def __enter__(self) -> "ResultStore":
         """Take the lock and clear what a killed driver left. Raises BadInputError where another
@@ -81,7 +81,7 @@ class ResultStore:
                 f"{self.folder / LOCK}: cannot be locked: {error}; delete it, it holds no result, "
                 "or choose another --out"
             ) from error
-        self._held[self.folder] = lock
+        self._locks[self.folder] = lock
         owner = {"host": socket.gethostname(), "process": os.getpid(), "since": time.time()}
         with suppress(OSError):  # a full disk: the lock holds all the same
             (self.folder / OWNER).unlink(missing_ok=True)  # writing into a pipe would wait
@@ -91,7 +91,7 @@ class ResultStore:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._held.pop(self.folder).close()
+        self._locks.pop(self.folder).close()
 
     def owner(self) -> str:
         """Return in words who took the lock last."""

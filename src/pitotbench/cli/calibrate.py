@@ -121,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.show.reader_units import reader_units
     from pitotbench.show.tree import Sentence
 
-    held = _take_bundles(options)
+    bundled = _take_bundles(options)
     require_page(options.report, _inputs(options))
     autopilot, _ = _stated_autopilot(options)
     if options.parameter_file is not None and not autopilot:
@@ -132,7 +132,7 @@ def run(options: argparse.Namespace) -> int:
         ("-o", options.parameter_file, PARAMETER_FILES.get(autopilot, ("",))[:1]),
     ):
         if path is not None:
-            _require_one_curve(name, len(options.logs) if options.separately and not held else 1)
+            _require_one_curve(name, len(options.logs) if options.separately and not bundled else 1)
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
     limit, units = limit_named(options.limit), reader_units(options.units)
@@ -142,12 +142,12 @@ def run(options: argparse.Namespace) -> int:
             flight,
             autopilot_settings(flight.calibration, autopilot) if autopilot else None,
         )
-        for path, flight in _reduced(options, held)
+        for path, flight in _reduced(options, bundled)
     ]
     own = {each.name: each.flight.calibration for each in found if each.own_curve}
     curves = len({each.file for each in found if each.own_curve})
     for name, path in (("--card", options.card), ("--record", options.record)):
-        _require_one_curve(name, 1 if path is None or not held else curves)
+        _require_one_curve(name, 1 if path is None or not bundled else curves)
     first = found[0].flight.calibration
     if options.report or options.record:
         from pitotbench.show.pages import calibration_record, flights_page
@@ -180,11 +180,11 @@ def _take_bundles(options: argparse.Namespace) -> bool:
     """Put the paths of its logs in the place of a folder or of a .zip file that holds several;
     return whether there is one. A mapping may be of a folder, which is a log then.
     """
-    from pitotbench.logbook.bundle import held_in
+    from pitotbench.logbook.bundle import logs_given
 
     given = len(options.logs)
     if options.mapping is None:
-        options.logs = [held for path in options.logs for held in held_in(path)]
+        options.logs = [log for path in options.logs for log in logs_given(path)]
     return len(options.logs) > given
 
 
@@ -196,9 +196,9 @@ def _require_one_curve(name: str, curves: int) -> None:
         )
 
 
-def _reduced(options: argparse.Namespace, held: bool) -> "list[tuple[Path, CalibratedFlight]]":
-    """Return each flight with the path of its log and its calibration: one curve for each log
-    where asked for, else one for all. Of logs that are `held` in a folder, those that have an answer.
+def _reduced(options: argparse.Namespace, bundled: bool) -> "list[tuple[Path, CalibratedFlight]]":
+    """Return each flight with the path of its log and its calibration: one curve for each log where
+    asked for, else one for all. Of logs that are `bundled` in a folder, those that have an answer.
     """
     from pitotbench.bench.calibration_request import NamedFile, calibrate_request
     from pitotbench.bench.calibrations import options_of
@@ -216,7 +216,7 @@ def _reduced(options: argparse.Namespace, held: bool) -> "list[tuple[Path, Calib
             paths, options.mapping, stated, options.temperature_c, part, options.airspeed_sensor
         )
 
-    if held:
+    if bundled:
         answers = calibrate_folder(
             options.logs,
             lambda path: read([path])[0],

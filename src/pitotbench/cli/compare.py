@@ -166,7 +166,7 @@ def _airplanes(options: argparse.Namespace) -> int:
     if tolerance is not None and not (isfinite(tolerance) and tolerance >= 0.0):
         raise BadInputError(f"--tolerance {tolerance:g}: give a share in percent, 0 or more")
     card = options.card or "diagnostic"
-    _ = MANEUVERS[card]  # a spelling mistake is told before anything is flown
+    _ = MANEUVERS[card]  # a spelling mistake is reported before anything is flown
     found = compare_models(str(options.first), str(options.second), card, say)
     tell(
         options,

@@ -27,19 +27,19 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.bench.questions import inspect
     from pitotbench.logbook.bundle import is_bundle
     from pitotbench.show.inspection import (
-        held_json,
-        held_tree,
         inspection_json,
         inspection_tree,
+        summaries_json,
+        summaries_tree,
     )
 
     require_page(options.report, [options.log])
     if is_bundle(options.log) and options.mapping is None:
         from pitotbench.bench.contents import flights_of
 
-        held = flights_of(options.log)
-        if len(held) > 1:
-            tell(options, lambda: held_json(held), lambda: held_tree(held))
+        flights = flights_of(options.log)
+        if len(flights) > 1:
+            tell(options, lambda: summaries_json(flights), lambda: summaries_tree(flights))
             return 0
     (log,) = read_logs([options.log], options.mapping, airspeed_sensor=options.airspeed_sensor)
     found = inspect(log, options.mapping)

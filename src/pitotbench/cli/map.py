@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     use = f"pitotbench calibrate {options.log} --mapping {options.out}"
     first = "complete it first" if drafted.unusable else "answer the questions"
     refused = [drafted.refusal] if drafted.refusal else []
-    told = [
+    lines = [
         text.splitlines()[0].removeprefix("# "),
         *(f"missing: no column was found for {name}" for name in drafted.missing),
         *(
@@ -52,5 +52,5 @@ def run(options: argparse.Namespace) -> int:
         *(f"with these lines the log is refused: {why}" for why in refused),
         f"use it: {use}" if drafted.sure else f"{first}, then: {use}",
     ]
-    print("\n".join(map(printable, told)))
+    print("\n".join(map(printable, lines)))
     return 0

@@ -161,22 +161,22 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
             "log"
         )
     own = cards if len(cards) > 1 else [None] * len(options.log)
-    held = [options.holdout] if options.holdout else []
-    paths = [*options.log, *held]
+    holdouts = [options.holdout] if options.holdout else []
+    paths = [*options.log, *holdouts]
     arrays = [path for path in paths if is_identification(path)]
     others = [path for path in paths if path not in arrays]
     read = read_logs(others, options.mapping, part=stated_part(options)) if others else []
     logs = dict(zip(others, read, strict=True))
     named = [
         NamedLog(path.name, _maneuvers(options, path, logs.get(path)) or logs[path], card)
-        for path, card in zip(paths, [*own, *(None for _ in held)], strict=True)
+        for path, card in zip(paths, [*own, *(None for _ in holdouts)], strict=True)
     ]
     # Only these show the card flown again.
     refly = options.out is not None or options.json or options.record is not None
     outcome = reconcile(
         named[: len(options.log)],
         options.aircraft,
-        named[-1] if held else None,
+        named[-1] if holdouts else None,
         cards[0] if len(cards) == 1 else None,
         refly=refly,
         progress=say,

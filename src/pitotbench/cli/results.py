@@ -84,8 +84,8 @@ def _page(options: argparse.Namespace) -> int:
     if len(options.folders) > 1:
         raise BadInputError("--page takes the folder of one campaign")
     path, differences = write_page(options.folders[0] / options.page, options.out)
-    told = [printable(f"differs from the stored result: {line}") for line in differences]
-    print(*(told or ["every number is the same bit for bit"]), f"page: {path}", sep="\n")
+    lines = [printable(f"differs from the stored result: {line}") for line in differences]
+    print(*(lines or ["every number is the same bit for bit"]), f"page: {path}", sep="\n")
     return NO_ANSWER if differences else DONE
 
 

@@ -1,4 +1,4 @@
-"""What several commands share: exit codes, flags, how these are read, how an answer is told."""
+"""What several commands share: exit codes, flags, how these are read, how an answer is printed."""
 
 import argparse
 import sys

@@ -65,7 +65,7 @@ def effect_of(name: str) -> Effect:
     return FORMULAS[name] if name in FORMULAS else FORMS[name]
 
 
-def terms_beside(baseline: Baseline) -> tuple[AircraftEffect, ...]:
+def additional_terms(baseline: Baseline) -> tuple[AircraftEffect, ...]:
     """Return the terms of an aircraft's own file that stand next to the effects of the table."""
     table = (e for e in EFFECTS.values() if isinstance(e, AircraftEffect))
     return tuple(own_terms(baseline, table))

@@ -37,9 +37,6 @@ from pitotbench.effects.overlay import (
 from pitotbench.effects.response import Signals
 from pitotbench.units import FOOT, MINUTE, Array, Kelvin, Pascal
 
-# Humid air: it is as light as drier air that is warmer, and the thermometer reads less than that
-# temperature.
-
 FREEZING = 273.15  # K
 LIGHTER = 0.378  # 1 − molar mass of water over that of dry air, 1 − 18.015/28.964
 ROUNDS = 4  # of solving for the temperature that has this virtual temperature; each gains a digit or more
@@ -89,8 +86,6 @@ HUMID_AIR = SensorEffect(
 )
 
 
-# Air that is warmer or colder than the case says, at all heights.
-
 NONSTANDARD_TEMPERATURE = AirEffect(
     name="nonstandard_temperature",
     part="thermometer, or the day",
@@ -101,9 +96,6 @@ NONSTANDARD_TEMPERATURE = AirEffect(
     build=lambda effect, sizes, baseline: Overlay(temperature_offset=sizes["warmer_k"]),
 )
 
-
-# Winds that change are a vector, their first two sizes, times a course: in JSBSim's units (ft/s)
-# and over a log.
 
 Vector = tuple[Array, Array, Array]
 
@@ -137,10 +129,6 @@ def _level(course: Callable[[Signals, Sizes], Array]) -> Callable[[Signals, Size
     return wind
 
 
-# A front passes, and the wind changes from one vector to another within seconds.
-# The step is a ramp of the given width, held at 0 before it and at 1 after it.
-
-
 SEA_BREEZE_FRONT = AirEffect(
     name="sea_breeze_front",
     part="air",
@@ -163,8 +151,6 @@ SEA_BREEZE_FRONT = AirEffect(
 )
 
 
-# Gusts that are stronger or weaker than the case says, with the same spectrum.
-
 TURBULENCE_LEVEL = AirEffect(
     name="turbulence_level",
     part="air",
@@ -186,11 +172,6 @@ TURBULENCE_LEVEL = AirEffect(
 )
 
 
-# Gusts of another length: the spectrum keeps its strength and moves in frequency. Dryden's gust
-# along the path is white noise through 1/(1 + L s/V). A lead-lag filter (1 + L s/V)/(1 + L' s/V)
-# with a gain of sqrt(L'/L) therefore gives exactly the gust of length L'. For the gusts across the
-# path it is close.
-
 LENGTH = 1750.0  # ft, of MIL-F-8785C above 2,000 ft
 _CHANGE, _OLD, _NEW = (
     size("turbulence_scale", name) for name in ("change", "time_s", "new_time_s")
@@ -209,6 +190,11 @@ def _filter(toward: str) -> str:
 
 
 def _longer(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
+    """The gusts of another length: Dryden's gust along the path is white noise through 1/(1 + L s/V).
+
+    A lead-lag filter (1 + L s/V)/(1 + L' s/V) with a gain of sqrt(L'/L) therefore gives exactly the
+    gust of length L'. For the gusts across the path it is close.
+    """
     directions, grown = ("north", "east", "down"), total(1.0, _CHANGE)
     time = quotient(LENGTH, operation("max", 100.0, "velocities/vt-fps"))
     root = operation("sqrt", grown)
@@ -240,8 +226,6 @@ TURBULENCE_SCALE = AirEffect(
     build=_longer,
 )
 
-
-# Rising or sinking air for some time, with edges of a few seconds.
 
 EDGE = 5.0  # s: a thermal's edge of some 300 m at 120 kt; an instant step would be no flow of air
 
@@ -279,8 +263,6 @@ UPDRAFT = AirEffect(
 )
 
 
-# A wind that changes steadily during the flight.
-
 WIND_DRIFT = AirEffect(
     name="wind_drift",
     part="air",
@@ -302,8 +284,6 @@ WIND_DRIFT = AirEffect(
     wind=_level(lambda log, sizes: elapsed(log) / MINUTE),
 )
 
-
-# A wind that oscillates: waves in the lee of hills.
 
 WIND_OSCILLATION = AirEffect(
     name="wind_oscillation",
@@ -331,8 +311,6 @@ WIND_OSCILLATION = AirEffect(
     wind=_level(lambda log, sizes: np.sin(2.0 * pi * elapsed(log) / sizes["period_s"])),
 )
 
-
-# A wind that changes with height.
 
 KILOMETER = 1000.0  # m
 

@@ -41,8 +41,6 @@ def _drag(factors: Callable[..., Iterable[Term]]) -> Build:
     return build
 
 
-# A pod or antenna that the model lacks: drag in proportion to dynamic pressure.
-
 BELLY_POD = AircraftEffect(
     name="belly_pod",
     left_open=("pitch_stiffness", "zero_lift"),
@@ -58,9 +56,6 @@ BELLY_POD = AircraftEffect(
     build=_drag(lambda area: (area, 1.0 / FOOT**2)),
 )
 
-
-# Controls that are more or less effective than in the model: every force and moment of a surface is
-# scaled.
 
 SURFACES = {"elevator_change": "elevator", "aileron_change": "aileron", "rudder_change": "rudder"}
 AXES = ("LIFT", "DRAG", "SIDE", "ROLL", "PITCH", "YAW")
@@ -118,8 +113,6 @@ CONTROL_MOMENTS = replace(
 )
 
 
-# A pod whose drag grows with the angle of attack.
-
 INCLINED_POD = AircraftEffect(
     name="inclined_pod",
     left_open=("pitch_stiffness", "zero_lift"),
@@ -149,8 +142,6 @@ INCLINED_POD = AircraftEffect(
 )
 
 
-# More drag for the same lift: a wing that is less efficient than in the model.
-
 INDUCED_DRAG = AircraftEffect(
     name="induced_drag",
     part="drag",
@@ -161,9 +152,6 @@ INDUCED_DRAG = AircraftEffect(
     build=_drag(lambda factor: (WING, factor, "aero/cl-squared")),
 )
 
-
-# Loading: more or less mass at the center of gravity, or a center of gravity farther aft or
-# forward.
 
 ARM = 100.0  # in, over which ballast is moved; any arm gives the same moment
 
@@ -210,10 +198,6 @@ CENTER_OF_GRAVITY = AircraftEffect(
 )
 
 
-# Flaps or gear that are not fully up. Lift and drag follow from the flap and gear terms of the
-# aircraft.
-
-
 def _lever(*levers: str) -> Build:
     """The build of a lever that is held: of the first of them that the aircraft has, else of the
     last.
@@ -258,9 +242,6 @@ GEAR_NOT_UP = AircraftEffect(
 )
 
 
-# A drag polar that bends up at high lift, where the flow begins to separate from the wing.
-
-
 def _bend(factor: str, onset: str) -> tuple[Term, ...]:
     beyond = operation("max", 0.0, difference(operation("sqrt", "aero/cl-squared"), onset))
     return WING, factor, beyond, beyond
@@ -281,8 +262,6 @@ POLAR_BEND = AircraftEffect(
     build=_drag(_bend),
 )
 
-
-# Trim or rigging: a constant moment about each axis that the surfaces must hold.
 
 LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metrics/bw-ft"}
 
@@ -320,9 +299,6 @@ TRIM_OFFSET = AircraftEffect(
 )
 
 
-# Drag that appears only in a bank: deflected surfaces, a skid, the pilot's control movements in the
-# turn.
-
 SINE = operation("sin", "attitude/phi-rad")
 
 TURN_DRAG = AircraftEffect(
@@ -346,8 +322,6 @@ TURN_DRAG = AircraftEffect(
     build=_drag(lambda coefficient: (WING, coefficient, SINE, SINE, 1.0 / 0.25)),
 )
 
-
-# Drag in proportion to the rate of turn instead of the bank.
 
 STANDARD_RATE = 3.0 * DEGREE  # rad/s
 TURN_RATE = operation("abs", product("velocities/psidot-rad_sec", 1.0 / STANDARD_RATE))

@@ -26,9 +26,6 @@ from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.units import FULL_TURN, Array, Seconds
 
-# Say what to fly so that an effect shows: the motions that excite it, and the maneuvers that
-# contain them.
-
 
 @dataclass(frozen=True, slots=True)
 class Excitation:
@@ -69,9 +66,6 @@ TEMPERATURE = Excitation(
     "legs on reciprocal headings at the highest and lowest airspeed, with a balloon's temperature",
 )
 
-
-# The records of an effect: its name, where it acts, its parameters with units and ranges, and its
-# source.
 
 ActsOn = Literal["sensors", "air", "aircraft"]
 Part = Literal[  # what a mechanic inspects, or the day; an effect of a formula has none
@@ -279,8 +273,6 @@ class AirEffect(AircraftEffect):
     wind: Callable[[Signals, Sizes], tuple[Array, Array, Array]] | None = None
 
 
-# Time since the first recorded sample, in a log and as an expression of JSBSim.
-
 # simulator's time of the first recorded sample; far ahead until then
 RECORDING_START = "bench/recording-start-s"
 ELAPSED = operation("max", 0.0, difference("simulation/sim-time-sec", RECORDING_START))
@@ -295,11 +287,6 @@ def clipped(term: Term) -> str:
     """Return an expression that limits a term to 0 … 1."""
     return operation("max", 0.0, operation("min", 1.0, term))
 
-
-# Let any effect act for a part of the flight: from a time on, or between two times. Every effect
-# has two further forms. Their sizes are those of the effect, times a share that rises from 0 to 1
-# within `EDGE` from `from_s` on, and falls to 0 within `EDGE` before `to_s`. Times count from the
-# first recorded sample.
 
 EDGE = 2.0  # s; a lever takes about as long, and a step at once would be a spike of acceleration in a log
 FROM = Parameter(
@@ -316,7 +303,9 @@ def forms_in_time(effect: Effect) -> tuple[Effect, ...]:
     """Return an effect from a time on and for a time. Effects that have times of their own have no
     such forms.
 
-    Nor has warmer air: the simulator's standard day lasts for the whole flight.
+    Nor has warmer air: the simulator's standard day lasts for the whole flight. The sizes of a form
+    are those of the effect, times a share that rises from 0 to 1 within `EDGE` from `from_s` on, and
+    falls to 0 within `EDGE` before `to_s`. Times count from the first recorded sample.
     """
     has_times = any(p.shape and p.name in ("at_s", FROM.name) for p in effect.parameters)
     if has_times or (
@@ -426,10 +415,6 @@ def _scaled(text: str, form: Effect, effect: Effect, times: list[str]) -> str:
             node = f"<property>{size(form.name, parameter.name)}</property>"
             scaled = scaled.replace(node, product(node, clipped(share)))
     return scaled
-
-
-# Turn the effects that a case names into effects with sizes, or raise one error that lists every
-# problem.
 
 
 class Named(Protocol):

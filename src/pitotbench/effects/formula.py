@@ -33,11 +33,6 @@ from pitotbench.effects.overlay import (
 from pitotbench.effects.response import Signals, displaced
 from pitotbench.units import FOOT, INCH_OF_MERCURY, PSF, STANDARD_GRAVITY, SUFFIXES, Array
 
-# The terms of a formula: what a missing force or a wrong reading may follow. A term is one
-# expression over JSBSim's properties. Values for a log come from the same expression, with the
-# properties computed from its channels, so that a term means the same on the airplane and in a
-# sensor.
-
 ALPHA, BETA = "aero/alpha-rad", "aero/beta-rad"
 BANK, YAW = "attitude/phi-rad", "attitude/psi-rad"
 MACH, PRESSURE = "velocities/mach", "aero/qbar-psf"
@@ -49,7 +44,11 @@ RATED_PRESSURE, RATED_SPEED = (
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A term: its name, the symbol that a report prints, its expression, and a usual value of it."""
+    """A term: its name, the symbol that a report prints, its expression, and a usual value of it.
+
+    Values for a log come from the same expression, with the properties computed from its channels,
+    so that a term means the same on the airplane and in a sensor.
+    """
 
     name: str
     symbol: str
@@ -184,9 +183,6 @@ def values_of(term: Term, signals: Signals) -> Array:
     return np.asarray(np.broadcast_to(evaluate(term.value, properties), signals.time.shape))
 
 
-# A formula of a force or a sensor: a sum of terms, each with a coefficient that is a parameter of
-# the effect.
-
 MOST = 50.0  # times the typical coefficient: no table bounds it, but a formula is no license for nonsense
 
 
@@ -220,8 +216,6 @@ def formula_value(effect: str, signals: Signals, sizes: Mapping[str, float], uni
             value = value + coefficient * values_of(term, signals)
     return value
 
-
-# Formulas of forces and moments: what a coefficient of the airplane lacks, as a sum of terms.
 
 STATES = (
     "alpha",
@@ -296,8 +290,6 @@ FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
     for name, axis in FORCE_AXES.items()
 }
 
-
-# Formulas of sensors: by how much a sensor reads wrong, as a sum of terms.
 
 AIR_STATE = ("alpha", "alpha_squared", "sideslip", "sideslip_squared")
 TURNING = ("roll_rate", "pitch_rate", "yaw_rate")

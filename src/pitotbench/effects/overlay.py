@@ -11,9 +11,6 @@ import numpy as np
 
 from pitotbench.units import Array
 
-# Write JSBSim expressions as XML text: a number, the path of a property, or an operation on them.
-# An expression can also be evaluated for recorded properties, without JSBSim.
-
 Expression = str
 Term = str | float
 
@@ -81,9 +78,6 @@ def _evaluated(node: ET.Element, properties: Mapping[str, Array | float]) -> Arr
         return np.asarray(properties[text])
     return np.asarray(_OPERATIONS[node.tag](*(_evaluated(term, properties) for term in node)))
 
-
-# The records of an overlay: what effects add to an aircraft, as data. Package `simulation` writes
-# it into a copy.
 
 Point = tuple[float, float, float]  # inches, structural axes: x aft, y right, z up
 

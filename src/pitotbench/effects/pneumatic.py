@@ -47,9 +47,6 @@ def _in_pitot_line(respond: Response) -> SensorFunction:
     return function
 
 
-# A static source that depends on the direction of the flow: errors with angle of attack or
-# sideslip.
-
 FLOW_ANGLE_SOURCE = "Gracey 1980, NASA RP-1046: static-pressure error with angle of attack and yaw"
 
 
@@ -104,9 +101,6 @@ SIDESLIP_STATIC_ERROR = SensorEffect(
 )
 
 
-# A transducer whose elastic element creeps: part of each pressure change appears slowly.
-
-
 def _apply_creep(signals: Signals, sizes: Sizes) -> Signals:
     impact = signals["impact_pressure"]
     behind = impact - first_order(signals, impact, sizes["creep_s"])
@@ -129,9 +123,6 @@ CREEP = SensorEffect(
     changes=("impact_pressure",),
     function=_apply_creep,
 )
-
-
-# A line whose lag grows with height, in proportion to viscosity over static pressure.
 
 
 def _height_dependent_lag(signals: Signals, total: Array, sizes: Sizes) -> Array:
@@ -162,8 +153,6 @@ HEIGHT_DEPENDENT_LAG = SensorEffect(
 )
 
 
-# A transducer that reads differently at rising and falling pressure: the play operator.
-
 HYSTERESIS_SOURCE = (
     "Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis; data sheets: 0.1 % of full scale"
 )
@@ -176,7 +165,7 @@ def play(values: Array, width: float) -> Array:
     Where the input turns back, the output stays until the input has moved by a whole width.
     """
     half = 0.5 * width
-    followed = accumulate(values.tolist(), lambda held, u: min(max(held, u - half), u + half))
+    followed = accumulate(values.tolist(), lambda output, u: min(max(output, u - half), u + half))
     return np.fromiter(followed, dtype=np.float64, count=len(values))
 
 
@@ -210,8 +199,6 @@ STATIC_HYSTERESIS = SensorEffect(
     function=reads("static_pressure", lambda pressure, sizes: play(pressure, sizes["width_pa"])),
 )
 
-
-# Lag of a long thin pressure line: first order, one time constant for each line.
 
 LAG_SOURCE = "Gracey 1980, NASA RP-1046, ch. on pressure-system lag: first-order line"
 
@@ -253,10 +240,6 @@ STATIC_LAG = SensorEffect(
 )
 
 
-# A leak between the pitot and the static line: air flows through both, with a pressure drop in
-# each.
-
-
 def _apply_line_leak(signals: Signals, sizes: Sizes) -> Signals:
     impact, lost = signals["impact_pressure"], sizes["fraction"] * signals["impact_pressure"]
     static = signals["static_pressure"] + sizes["static_share"] * lost
@@ -285,9 +268,6 @@ LINE_LEAK = SensorEffect(
     changes=("impact_pressure", "static_pressure"),
     function=_apply_line_leak,
 )
-
-
-# A static-source error within a narrow band of airspeed, such as a moving flow separation causes.
 
 
 def _apply_local_static_bump(signals: Signals, sizes: Sizes) -> Signals:
@@ -320,8 +300,6 @@ LOCAL_STATIC_BUMP = SensorEffect(
     function=_apply_local_static_bump,
 )
 
-
-# The slipstream at the static port: an error that grows with engine power and falls with airspeed.
 
 ENGINES = ("left", "right")
 # Pa rad/s, rated power of the class
@@ -366,9 +344,6 @@ PROPWASH_ERROR = SensorEffect(
 )
 
 
-# A total-pressure line that oscillates: second-order response of a short, wide line with a large
-# volume.
-
 SECOND_ORDER_LINE = SensorEffect(
     name="second_order_line",
     part="pitot line",
@@ -387,8 +362,6 @@ SECOND_ORDER_LINE = SensorEffect(
     ),
 )
 
-
-# A static source that changed since it was calibrated: another curve over airspeed.
 
 SLOW, FAST = 100.0 * KNOT, 160.0 * KNOT
 
@@ -425,8 +398,6 @@ STATIC_SOURCE_CHANGE = SensorEffect(
     function=_apply_static_source_change,
 )
 
-
-# A pitot tube that loses total pressure: a burr at its mouth, or inclined flow.
 
 LOSS_SOURCE = (
     "Gracey 1980, NASA RP-1046: total-pressure error of tubes with nose shape and inclination"
@@ -465,8 +436,6 @@ INCLINED_PITOT_LOSS = SensorEffect(
     ),
 )
 
-
-# A transducer whose zero drifts: with time since the start of the recording, or with temperature.
 
 DRIFT_SOURCE = (
     "transducer data sheets: thermal zero shift some 0.01 % of full scale a kelvin, "
@@ -523,8 +492,6 @@ TEMPERATURE_DRIFT = SensorEffect(
 )
 
 
-# A transducer whose zero drifts while it warms up, and then stays.
-
 WARM_UP_DRIFT = SensorEffect(
     name="warm_up_drift",
     part="impact transducer",
@@ -542,9 +509,6 @@ WARM_UP_DRIFT = SensorEffect(
     ),
 )
 
-
-# Water in the pitot line: its weight adds pressure with acceleration and pitch, and it restricts
-# the line.
 
 WATER = 1000.0  # kg/m³
 
@@ -582,8 +546,6 @@ WATER_IN_LINE = SensorEffect(
 )
 
 
-# Transducers that do not read zero at zero pressure.
-
 ZERO_SOURCE = (
     "transducer data sheets: zero error up to some 0.1 % of full scale (13.8 kPa "
     "impact, 129 kPa static)"
@@ -614,8 +576,6 @@ STATIC_ZERO_OFFSET = SensorEffect(
     function=reads("static_pressure", lambda pressure, sizes: pressure + sizes["offset_pa"]),
 )
 
-
-# Transducers of the wrong scale: the reading is in proportion to the pressure, by a wrong factor.
 
 SCALE_SOURCE = "transducer data sheets: span errors of 0.05 to 0.5 % (classes, not one maker)"
 

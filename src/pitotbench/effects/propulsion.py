@@ -23,9 +23,6 @@ from pitotbench.effects.overlay import (
 from pitotbench.records import BadInputError
 from pitotbench.units import INCH_OF_MERCURY, Array
 
-# Find the left and the right engine of a twin, and check that an aircraft has the properties of an
-# effect.
-
 
 def left_and_right(effect: str, baseline: Baseline) -> tuple[int, int]:
     """Return JSBSim's numbers of the left and the right engine. Raises BadInputError unless there
@@ -54,8 +51,6 @@ def require_declared(effect: str, baseline: Baseline, *paths: str) -> None:
         )
 
 
-# Engines that lose a constant power at any setting: friction, or a driven accessory.
-
 KILOWATT = 1000.0 / 745.699872  # hp
 
 FRICTION_LOSS = AircraftEffect(
@@ -83,8 +78,6 @@ FRICTION_LOSS = AircraftEffect(
 )
 
 
-# Governors set to another propeller speed.
-
 GOVERNOR = "powerplant/governor-rpm"
 
 
@@ -106,8 +99,6 @@ GOVERNOR_SPEED = AircraftEffect(
     build=_governor,
 )
 
-
-# Manifold-pressure gauges that read wrong. The power stays: only the recorded pressure changes.
 
 GAUGES = ("manifold_pressure_left", "manifold_pressure_right")
 
@@ -159,9 +150,6 @@ MANIFOLD_PRESSURE_SCALE = SensorEffect(
 )
 
 
-# Engines that give less power for the fuel they burn.
-
-
 def _deficit(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     settings = []
     for engine, missing in _of_engines(effect, baseline):
@@ -198,8 +186,6 @@ POWER_DEFICIT = AircraftEffect(
 )
 
 
-# Propellers that give less thrust for their power: damaged, or of another type than in the model.
-
 PROPELLER_EFFICIENCY = AircraftEffect(
     name="propeller_efficiency",
     part="engine or propeller, a side",
@@ -224,8 +210,6 @@ PROPELLER_EFFICIENCY = AircraftEffect(
     ),
 )
 
-
-# Throttle pickups that are not linear: right at both ends of the travel, wrong between them.
 
 THROTTLE_PICKUP = SensorEffect(
     name="throttle_pickup",
@@ -252,8 +236,6 @@ THROTTLE_PICKUP = SensorEffect(
     ),
 )
 
-
-# Throttles that differ while their levers stand together.
 
 BIASES = ("ap/throttle-bias-left-norm", "ap/throttle-bias-right-norm")
 

@@ -47,8 +47,6 @@ def _late(
     )
 
 
-# Air data that are stamped when they arrive: one delay of the bus for all of them.
-
 AIR_DATA_LATENCY = SensorEffect(
     name="air_data_latency",
     part="pitot line",
@@ -62,10 +60,6 @@ AIR_DATA_LATENCY = SensorEffect(
     also=AIR_DATA[2:],
     function=_late(AIR_DATA, lambda signals, sizes: sizes["latency_s"]),
 )
-
-
-# A GPS antenna that is not at the center of gravity: it has its own height, and rotation adds to
-# its velocity.
 
 
 def _apply_antenna_lever_arm(signals: Signals, sizes: Sizes) -> Signals:
@@ -106,9 +100,6 @@ ANTENNA_LEVER_ARM = SensorEffect(
 )
 
 
-# Two clocks that differ: the recorder's runs slow or fast against GPS time, so a latency grows with
-# time.
-
 CLOCK_DRIFT = SensorEffect(
     name="clock_drift",
     part="GPS receiver and its clock",
@@ -129,8 +120,6 @@ CLOCK_DRIFT = SensorEffect(
     ),
 )
 
-
-# A compass with deviation: the recorded heading errs by an angle that depends on the heading.
 
 COMPASS_SOURCE = (
     "Handbook of Magnetic Compass Adjustment 2004 (NGA, formerly Pub. 226), ch. 5: "
@@ -185,9 +174,6 @@ QUADRANTAL_DEVIATION = SensorEffect(
 )
 
 
-# Lost frames of air data, which the recorder fills with the last good one.
-
-
 def _apply_dropped_samples(signals: Signals, sizes: Sizes) -> Signals:
     # Bursts begin at random, so often that the share of lost rows comes out right. The first row of
     # a stretch is never lost: the recorder has no earlier value to repeat.
@@ -221,8 +207,6 @@ DROPPED_SAMPLES = SensorEffect(
 )
 
 
-# A GPS solution that is stamped when it arrives, not when it was true.
-
 GPS_LATENCY = SensorEffect(
     name="gps_latency",
     part="GPS receiver and its clock",
@@ -236,10 +220,6 @@ GPS_LATENCY = SensorEffect(
     also=("velocity_down", "altitude"),
     function=_late(numbers_from("gps"), lambda signals, sizes: sizes["latency_s"]),
 )
-
-
-# A receiver that filters its velocity: late in a ramp, and rounded where the velocity changes
-# direction.
 
 
 GPS_SMOOTHING = SensorEffect(
@@ -262,8 +242,6 @@ GPS_SMOOTHING = SensorEffect(
 )
 
 
-# A GPS velocity of the wrong scale: a unit, a latitude or a map projection that does not fit.
-
 GPS_VELOCITY_SCALE = SensorEffect(
     name="gps_velocity_scale",
     part="GPS receiver and its clock",
@@ -284,9 +262,6 @@ GPS_VELOCITY_SCALE = SensorEffect(
     ),
 )
 
-
-# An inertial unit that is not aligned with the airplane: attitude, rates and forces are in its own
-# axes.
 
 FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
 
@@ -335,8 +310,6 @@ INERTIAL_UNIT_MISALIGNMENT = SensorEffect(
 )
 
 
-# A word that is too short for its range: pressures are recorded in steps.
-
 QUANTIZATION = SensorEffect(
     name="quantization",
     part="impact transducer",
@@ -355,8 +328,6 @@ QUANTIZATION = SensorEffect(
     ),
 )
 
-
-# A bus that delivers new air data less often than the recorder writes rows: values repeat.
 
 _ROUNDING = 1e-6  # periods: a row this close to a refresh has it
 
@@ -386,8 +357,6 @@ SAMPLE_AND_HOLD = SensorEffect(
 )
 
 
-# A transducer or amplifier whose range ends below the speeds flown.
-
 SATURATION = SensorEffect(
     name="saturation",
     part="recorder",
@@ -404,8 +373,6 @@ SATURATION = SensorEffect(
     ),
 )
 
-
-# Errors of the temperature probe: it measures less than the whole ram rise, or reads too warm.
 
 PROBE_SOURCE = (
     "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.99; probe "
@@ -452,9 +419,6 @@ TEMPERATURE_BIAS = SensorEffect(
 )
 
 
-# Flow vanes with a wrong calibration: upwash that was not measured, or a vane that was not set to
-# zero.
-
 VANE_SOURCE = (
     "Gracey 1958, NACA TN 4351: the flow at a vane is that of the airplane with its upwash; "
     "Haering 1995, NASA TM-104316: scale and offset of flow angles are calibrated in flight"
@@ -497,9 +461,6 @@ SIDESLIP_VANE_CALIBRATION = SensorEffect(
     function=reads("sideslip", _vane),
 )
 
-
-# Flow vanes that stick: they follow the flow only once it has turned by more than their friction
-# holds.
 
 VANE_FRICTION = SensorEffect(
     name="vane_friction",

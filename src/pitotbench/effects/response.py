@@ -1,5 +1,8 @@
 """Time series of the sensors, and how instruments respond to them: lags, delays, a static source's
 error.
+
+The input of a lag or a delay is taken as linear between samples, for which the response is exact; a
+hold would be half a sample late. Each stretch of the recording begins in its steady state.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,9 +15,6 @@ import numpy as np
 from pitotbench.records import BadInputError
 from pitotbench.timeline import gaps, interval, stretches
 from pitotbench.units import Array, Pascal, Seconds
-
-# Time series by the names of a log's channels: the input and the output of an effect on the
-# sensors.
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +75,6 @@ class Signals:
     def stretches(self) -> list[slice]:
         """Return the rows of each stretch without a gap."""
         return stretches(self.time, gaps(self.time))
-
-
-# Compute how instruments respond in time: first-order and second-order lags, and delays. The input
-# is taken as linear between samples, for which the response is exact; a hold would be half a sample
-# late. Each stretch of the recording begins in its steady state.
 
 
 def first_order(signals: Signals, values: Array, lag: float) -> Array:
@@ -161,9 +156,6 @@ def first_order_varying(signals: Signals, values: Array, lag: Array) -> Array:
         followed = accumulate(steps, lambda y, step: step[0] * y + step[1], initial=float(u[0]))
         out[part] = np.fromiter(followed, dtype=np.float64, count=len(u))
     return out
-
-
-# Apply an error of the static source to the two recorded pressures.
 
 
 def displaced(signals: Signals, error: Pascal) -> Signals:

@@ -14,16 +14,6 @@ from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from pitotbench.units import Array, Booleans, Seconds
 
-# Correlated noise: white noise plus first-order Gauss-Markov processes, with an exact likelihood in
-# linear time. The data are means over short intervals. The states of a process are its values at
-# the edges of the intervals. Given these, the mean over an interval is known up to an independent
-# remainder, the integral of an Ornstein- Uhlenbeck bridge. A Gauss-Markov process has a tridiagonal
-# precision (Rue and Held, Gaussian Markov Random Fields, 2005, ch. 2). One banded Cholesky factor
-# and the matrix-inversion lemma therefore give products with C⁻¹ and log|C| in O(N); C itself is
-# never formed. Intervals may have gaps between them, and the white variance may differ from
-# interval to interval. Several outputs an interval (such as the velocity along and across the path)
-# may share the processes with different loadings; their data follow each other, output by output.
-
 UNIFORM = 1.0 / float(np.sqrt(12.0))  # standard deviation of what is uniform over one
 # interval over correlation time below which the bridge's leading term is exact enough
 _SMALL = 1e-2
@@ -77,6 +67,16 @@ class MarkovProcess:
 class MarkovNoise:
     """The factored covariance of white noise plus Markov processes over intervals, or a stack of b
     of them.
+
+    The likelihood is exact, in linear time. The data are means over short intervals. The states of
+    a process are its values at the edges of the intervals. Given these, the mean over an interval
+    is known up to an independent remainder, the integral of an Ornstein-Uhlenbeck bridge. A
+    Gauss-Markov process has a tridiagonal precision (Rue and Held, Gaussian Markov Random Fields,
+    2005, ch. 2). One banded Cholesky factor and the matrix-inversion lemma therefore give products
+    with C⁻¹ and log|C| in O(N); C itself is never formed. Intervals may have gaps between them, and
+    the white variance may differ from interval to interval. Several outputs an interval (such as
+    the velocity along and across the path) may share the processes with different loadings; their
+    data follow each other, output by output.
 
     Parameters: intervals; white, the variance of the white noise [unit²], positive, (n,), or (o, n)
     for o outputs, or (b, o, n) for a stack; processes. A stack costs less than its noises one by
@@ -143,14 +143,14 @@ class MarkovNoise:
             a = np.atleast_2d(intervals.length / process.correlation_time[..., intervals.left])
             share = np.tanh(0.5 * a) / a
             decay = np.exp(-a)
-            rest = 2.0 * (a - 1.0 + decay) / a**2 - 2.0 * share**2 * (1.0 + decay)
+            remainder = 2.0 * (a - 1.0 + decay) / a**2 - 2.0 * share**2 * (1.0 + decay)
             # For short intervals the formula subtracts nearly equal numbers; its leading term is
             # a/6.
-            rest = np.where(a < _SMALL, a / 6.0, rest)
+            remainder = np.where(a < _SMALL, a / 6.0, remainder)
             by_output = process.loading.reshape(-1, *process.loading.shape[-2:])
             for output, loading in zip(outputs, by_output, strict=True):
                 self._variance[:, output, self._rows] += (
-                    deviation**2 * np.sum(loading**2, axis=1) * rest
+                    deviation**2 * np.sum(loading**2, axis=1) * remainder
                 )
                 for component in loading.T:
                     load = np.zeros((len(self._variance), self._variance.shape[2]))
@@ -261,12 +261,6 @@ class MarkovNoise:
             variance = self._variance[:, None, output]
             for p, load in enumerate(loads):
                 scaled[:, output] -= load[:, None, :] * right[:, :, self._at(p)] / variance
-
-
-# The noise of two independent sets of rows under one regression: log-likelihoods add, and so do
-# normal matrices. Each set has noise parameters of its own. What one set contributes is remembered
-# by its parameters, so that a change of the other set's parameters costs no more than small dense
-# algebra: this halves the work of mixed derivatives and of a grid of nodes.
 
 
 class Noise(Protocol):
@@ -407,7 +401,12 @@ class JointNoiseOf:
 
 
 class JointNoise:
-    """The block-diagonal covariance of two sets of rows, under φ (d,) of a family."""
+    """The block-diagonal covariance of two sets of rows, under φ (d,) of a family.
+
+    Each set has noise parameters of its own. What one set contributes is remembered by its
+    parameters, so that a change of the other set's parameters costs no more than small dense
+    algebra: this halves the work of mixed derivatives and of a grid of nodes.
+    """
 
     def __init__(self, family: JointNoiseOf, phi: Array) -> None:
         self._family, self._phi = family, phi

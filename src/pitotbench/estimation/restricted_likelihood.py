@@ -1,5 +1,9 @@
 """Linear regression with correlated noise of unknown level and scale: restricted likelihood,
 posterior, mixture.
+
+y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the
+coefficients β and accounts for the degrees of freedom that they take. The noise parameters φ have a
+prior; their posterior is represented by its mode and a few nodes around it.
 """
 
 from collections.abc import Callable, Iterable
@@ -60,10 +64,6 @@ def _corners(dimensions: int) -> Array:
         :, :dimensions
     ]
 
-
-# y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the
-# coefficients β and accounts for the degrees of freedom that they take. The noise parameters φ have
-# a prior; their posterior is represented by its mode and a few nodes around it.
 
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
 _STEPS = 40  # of the search, at most
@@ -354,8 +354,8 @@ def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Ar
     """Return the nodes around a mode, (m, d), their base weights, (m,), and the axes along which
     they lie, (d, d).
 
-    `count` is the number of parameters of the first set of rows, whose axes are found apart; None
-    for one set.
+    `count` is the number of parameters of the first set of rows, whose axes are found by
+    themselves; None for one set.
     """
     design = composite_design(len(mode))
     axes = _axes_by_set(curvature, count)

@@ -92,8 +92,8 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
 
 def autopilot_of(parameters: Iterable[str], sensor: int = 1) -> str:
     """Return the name of the autopilot whose gain is among parameters, empty for none."""
-    held = set(parameters)
-    return next((n for n, kind in AUTOPILOTS.items() if kind.of_sensor(sensor).gain in held), "")
+    known = set(parameters)
+    return next((n for n, kind in AUTOPILOTS.items() if kind.of_sensor(sensor).gain in known), "")
 
 
 def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:
@@ -108,8 +108,10 @@ def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:
     for kind in AUTOPILOTS.values():
         autopilot = kind.of_sensor(sensor)
         raw = autopilot.pressures.keys() & set(table.names)
-        held = {n: float(f"{v:.7g}") for n, v in values.items() if n.startswith(autopilot.prefixes)}
-        used = _as_used(table, held, autopilot.prefix) if raw else {}
+        known = {
+            n: float(f"{v:.7g}") for n, v in values.items() if n.startswith(autopilot.prefixes)
+        }
+        used = _as_used(table, known, autopilot.prefix) if raw else {}
         if autopilot.gain not in used:
             continue
         ratio, columns = autopilot.ratio_of(used[autopilot.gain]), []
@@ -128,7 +130,7 @@ def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:
             f"the airspeed is as {autopilot.title} shows it with "
             + ", ".join(f"{n} {used[n]:g}" for n in (autopilot.gain, autopilot.offset) if n in used)
         ]
-        before = held.get(autopilot.offset)
+        before = known.get(autopilot.offset)
         if before is not None and f"{before:g}" != f"{used[autopilot.offset]:g}":
             notes.append(
                 f"{autopilot.offset} {before:g} is not used: the flight's messages hold "
@@ -143,11 +145,11 @@ def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:
     return table
 
 
-def _as_used(table: Table, held: dict[str, float], prefix: str) -> dict[str, float]:
+def _as_used(table: Table, known: dict[str, float], prefix: str) -> dict[str, float]:
     """Return the parameters with what ArduPilot's messages say of them: the offset in use, which
     tube led, and the ratio where it is not known.
     """
-    used = dict(held)
+    used = dict(known)
     if {"Offset", "RawPress"} <= set(table.names):
         used[f"{prefix}OFFSET"] = float(np.median(numbers("Offset", table.column("Offset"))))
         order = used.get(f"{prefix}TUBE_ORDR", used.get(f"{prefix}TUBE_ORDER", _EITHER))
@@ -165,9 +167,9 @@ def _as_used(table: Table, held: dict[str, float], prefix: str) -> dict[str, flo
     return used
 
 
-def tube_sign(held: Mapping[str, float], prefix: str) -> float:
+def tube_sign(known: Mapping[str, float], prefix: str) -> float:
     """Return −1 where the tubes of a sensor are swapped, else 1."""
-    order = held.get(f"{prefix}TUBE_ORDR", held.get(f"{prefix}TUBE_ORDER"))
+    order = known.get(f"{prefix}TUBE_ORDR", known.get(f"{prefix}TUBE_ORDER"))
     return -1.0 if order == _SWAPPED else 1.0
 
 

@@ -14,7 +14,7 @@ from pitotbench.logbook.derived import MEDIAN_OF_NORMAL
 from pitotbench.logbook.guess import Guess
 from pitotbench.units import DEGREE, Array, to_si
 
-_EARTH = 6371e3  # m, mean radius: a speed within 1 % is enough to tell units apart
+_EARTH = 6371e3  # m, mean radius: a speed within 1 % is enough to distinguish units
 _BASE = 2.0  # s to either side over which positions and heights are differenced
 _MOVING = 5.0  # m/s, above which a course is known
 _FEWEST = 16  # rows that show what a column does
@@ -67,19 +67,19 @@ def judged(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
 
 def _movement(table: Table, found: Mapping[str, Guess]) -> Movement | None:
     certain = [name for name in _MOVES if name in found and len(found[name].units) == 1]
-    held = {name: found[name].values(table) for name in certain}
-    if "time" not in held or len(held["time"]) < _FEWEST:
+    known = {name: found[name].values(table) for name in certain}
+    if "time" not in known or len(known["time"]) < _FEWEST:
         return None
-    time = held["time"]
-    if "static_pressure" in held:
-        low = np.maximum(held["static_pressure"], 1.0)
-        held["pressure_altitude"] = np.asarray(air.pressure_altitude(low))
+    time = known["time"]
+    if "static_pressure" in known:
+        low = np.maximum(known["static_pressure"], 1.0)
+        known["pressure_altitude"] = np.asarray(air.pressure_altitude(low))
     nothing = np.full(len(time), np.nan)
-    height = held.get("pressure_altitude", held.get("altitude", nothing))
-    velocity = held.get("velocity_north", nothing), held.get("velocity_east", nothing)
-    absolute = {"latitude", "longitude"} <= held.keys()
+    height = known.get("pressure_altitude", known.get("altitude", nothing))
+    velocity = known.get("velocity_north", nothing), known.get("velocity_east", nothing)
+    absolute = {"latitude", "longitude"} <= known.keys()
     if absolute:
-        latitude, longitude = held["latitude"], np.unwrap(np.nan_to_num(held["longitude"]))
+        latitude, longitude = known["latitude"], np.unwrap(np.nan_to_num(known["longitude"]))
         velocity = (
             _EARTH * _rate(time, latitude),
             _EARTH * _rate(time, longitude) * np.cos(latitude),
@@ -134,9 +134,9 @@ def _look_at_direction(guess: Guess, values: Array, movement: Movement) -> Guess
         return guess
     turn = np.exp(1j * (to_si(values[rows], guess.units[0]) - np.arctan2(east, north)[rows]))
     middle = np.median(turn.real) + 1j * np.median(turn.imag)
-    apart = abs(float(np.angle(middle))) / DEGREE
+    offset = abs(float(np.angle(middle))) / DEGREE
     scatter = float(np.median(np.abs(np.angle(turn / middle)))) / (MEDIAN_OF_NORMAL * DEGREE)
-    if apart < _DELAYED and scatter < _SAME_COURSE:
+    if offset < _DELAYED and scatter < _SAME_COURSE:
         return replace(guess, quantity="track")
     if guess.quantity.endswith("heading") or not movement.absolute:
         return guess
@@ -181,8 +181,8 @@ def _look_at_warmth(guess: Guess, values: Array, movement: Movement) -> Guess:
     rows = np.isfinite(values + movement.height)
     height = movement.height[rows]
     if len(height) < _FEWEST or np.subtract(*np.quantile(height, [0.95, 0.05])) < _HEIGHTS:
-        told = _OF_AIR.search(guess.theirs.lower())
-        return guess if told else replace(guess, doubt="is it the air's, or that of a box?")
+        of_air = _OF_AIR.search(guess.theirs.lower())
+        return guess if of_air else replace(guess, doubt="is it the air's, or that of a box?")
     # A log that climbs alone cannot tell the height from the hour, so the hour counts for nothing.
     slope = float(np.polyfit(height, to_si(values[rows], guess.units[0]), 1)[0])
     if _LAPSES[0] < slope < _LAPSES[1]:

@@ -94,7 +94,7 @@ def _leads_out(entry: zipfile.ZipInfo) -> bool:
     return link or path.is_absolute() or ".." in path.parts or ":" in str(path)[:2]
 
 
-def held_in(path: Path) -> list[Path]:
+def logs_given(path: Path) -> list[Path]:
     """Return the paths at which the logs of a folder or of a .zip file are read; of a log, and of a
     bundle that holds one, its own.
 

@@ -174,18 +174,18 @@ def check_stuck(draft: Draft) -> None:
     bad = np.any(list(still.values()), axis=0)
     idle = still["impact_pressure"] & (draft.channels["impact_pressure"] == 0.0)
     column = draft.columns["impact_pressure"]
-    told = (
+    sentences = (
         [f"column {column!r} reads 0 below its lowest speed ({draft.named(idle)})"]
         if idle.any()
         else []
     )
-    told += [
+    sentences += [
         f"column {draft.columns[name]!r} stands still while others move: it seems stuck "
         f"({draft.named(rows)})"
         for name, found in still.items()
         if (rows := found & ~idle).any()
     ]
-    words = "; ".join(told)
+    words = "; ".join(sentences)
     if bad.mean() > _MOST_STUCK:
         raise BadInputError(
             f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again"
@@ -284,9 +284,6 @@ def _changes(draft: Draft, names: list[str]) -> Booleans:
     """Return whether each row differs from the one before, from the second row on, (n − 1,)."""
     return np.asarray(np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0))
 
-
-# Check the rows of a log. Each check drops rows with a warning, or raises BadInputError.
-# Rows are counted from 1, which is the first row below the line of column names.
 
 _FEW = 0.01  # share of time stamps that may repeat
 # steps of a coarse clock: for longer it stands still, and a longer step is a pause
@@ -610,7 +607,7 @@ def check_impact_pressure(draft: Draft) -> None:
 
 # The order matters: fixes are held before blanks count as a start-up or as missing numbers, the
 # clock is right before units are judged, and the impact pressure exists before it is checked. A
-# broken pitot is told before anything else is blamed for what it reads.
+# broken pitot is reported before anything else is blamed for what it reads.
 CLOCK_CHECKS = (hold_fixes, drop_blank_start, check_numbers, check_time, check_clock)
 CHECKS = (
     check_pauses,

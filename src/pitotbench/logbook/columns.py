@@ -39,7 +39,7 @@ class Table:
     warnings: tuple[str, ...] = ()
     units: tuple[
         str, ...
-    ] = ()  # of each column, as a line of units beside that of the names states them
+    ] = ()  # of each column, as a line of units below that of the names states them
 
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
@@ -226,9 +226,9 @@ CONVERTED = (
     Channel("", "clock", 0.0, 0.0, kind="text", name="utc_offset"),
 )
 QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
-# Many logs hold these beside what is needed, with units of their own: without a known one they are
+# Many logs hold these as well, with units of their own: without a known one they are
 # not read.
-BESIDE = ("true_airspeed", "mach", "latitude", "longitude", "utc_offset")
+OPTIONAL = ("true_airspeed", "mach", "latitude", "longitude", "utc_offset")
 _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
 
 
@@ -240,13 +240,13 @@ def parse_column(column: str) -> tuple[Channel, str] | None:
     dimension.
     """
     for name in _LONGEST_FIRST:
-        rest = column.removeprefix(name)
+        remainder = column.removeprefix(name)
         # `altitude_m` is ours; `altitude_mean_m`, with two words after the quantity, is another
         # quantity.
-        if rest == column or (rest and (rest[0] != "_" or "_" in rest[1:])):
+        if remainder == column or (remainder and (remainder[0] != "_" or "_" in remainder[1:])):
             continue
-        quantity, suffix = QUANTITIES[name], rest[1:]
-        if name in BESIDE and suffix not in (quantity.suffixes or [""]):
+        quantity, suffix = QUANTITIES[name], remainder[1:]
+        if name in OPTIONAL and suffix not in (quantity.suffixes or [""]):
             return None
         _check_suffix(column, quantity, suffix)
         return quantity, suffix
@@ -459,13 +459,13 @@ def _day_and_second(cell: object) -> tuple[float, float]:
     if isinstance(cell, timedelta):
         return np.nan, cell.total_seconds()
     text = str(cell).strip()
-    day, rest = _day(text)
-    if _ISO_DATE.match(text) and _ZONE.search(rest):
+    day, remainder = _day(text)
+    if _ISO_DATE.match(text) and _ZONE.search(remainder):
         moment = datetime.fromisoformat(
             text.replace(",", ".").replace(" ", "T", 1).replace(" ", "")
         ).astimezone(UTC)
         return moment.toordinal() - _YEAR_ONE, moment.timestamp() % SECONDS_A_DAY
-    return _second(day, rest)
+    return _second(day, remainder)
 
 
 def _day(text: str) -> tuple[float, str]:

@@ -176,7 +176,7 @@ def _lines_between(lines: list[list[str]]) -> int:
     """Return how many lines below the names hold no number, where a line with numbers follows them."""
     rows = [any(_VALUE.match(cell) or cell in _EMPTY[1:] for cell in cells) for cells in lines]
     first = rows.index(True) if True in rows else 0
-    # A first row of texts alone may be a row: only beside rows of numbers it is none.
+    # A first row of texts alone may be a row: only above rows of numbers it is none.
     return first if all(any(cells) for cells in lines[:first]) else 0
 
 

@@ -67,10 +67,10 @@ def damage(library: str, lines: list[str], broken: bool) -> tuple[str, ...]:
     off.
     """
     more = f" and {len(lines) - 1:,} more remarks" if len(lines) > 1 else ""
-    told = (
+    sentences = (
         [f"the file is damaged, rows may be missing ({library}: {lines[0]}{more})"] if lines else []
     )
     return (
-        *told,
+        *sentences,
         *(["the last message of the log breaks off: its end is missing"] if broken else []),
     )

@@ -46,7 +46,7 @@ def read_messages(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], 
             "export the log of another recorder as a table (CSV)"
         )
     rows: dict[str, list[Any]] = {}
-    held: dict[str, Any] = {}
+    parameters: dict[str, Any] = {}
     said: list[str] = []
     # pymavlink lets struct, index and key errors out of a broken file.
     with complete("DataFlash log: a message does not fit its format", Exception):
@@ -56,7 +56,7 @@ def read_messages(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], 
             )
             while (message := log.recv_match(type=[*topics, "PARM"])) is not None:
                 if message.get_type() == "PARM":
-                    held[message.Name] = message.Value
+                    parameters[message.Name] = message.Value
                 else:
                     rows.setdefault(message.get_type(), []).append(message)
         ends = [
@@ -76,4 +76,4 @@ def read_messages(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], 
         kind: Table(tuple(found), tuple(found.values()), warnings=warnings)
         for kind, found in columns.items()
     }
-    return tables, held
+    return tables, parameters

@@ -356,16 +356,16 @@ def _velocity_from_position(
     _state_accuracy(header, "velocity_mps", float(np.hypot(receiver, 2.0 * noise)))
 
 
-def _noise(velocity: Array, apart: int) -> float:
-    """Return the 1σ of a velocity's noise by third differences of values `apart` rows apart, which
-    share no fix.
+def _noise(velocity: Array, spacing: int) -> float:
+    """Return the 1σ of a velocity's noise by third differences of values `spacing` rows from one
+    another, which share no fix.
     """
     third = (
-        velocity[3 * apart :]
-        - 3.0 * velocity[2 * apart : -apart]
-        + 3.0 * velocity[apart : -2 * apart]
+        velocity[3 * spacing :]
+        - 3.0 * velocity[2 * spacing : -spacing]
+        + 3.0 * velocity[spacing : -2 * spacing]
     )
-    third = np.abs(third - velocity[: -3 * apart])
+    third = np.abs(third - velocity[: -3 * spacing])
     third = third[np.isfinite(third)]
     return float(np.median(third) / MEDIAN_OF_NORMAL / np.sqrt(20.0)) if len(third) else 0.0
 
@@ -422,7 +422,7 @@ def _variation(draft: Draft, name: str, consequence: str) -> Array:
     if variation is not None:
         known = np.degrees(variation[np.isfinite(variation)])
         words = f"made true by {draft.columns['magnetic_variation']!r}"
-        if len(known) and not any(words in told for told in draft.warnings):
+        if len(known) and not any(words in warning for warning in draft.warnings):
             draft.warnings.append(
                 f"what is magnetic is {words} ({known.min():.1f} to {known.max():.1f}°, east "
                 "positive)"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pitotbench.channels import Channel, numbers_from
 from pitotbench.logbook.columns import (
-    BESIDE,
+    OPTIONAL,
     QUANTITIES,
     Column,
     Table,
@@ -154,8 +154,8 @@ def draft_of(table: Table) -> Draft:
         if parsed is not None and counts[name] > 1:
             raise BadInputError(f"column {name!r} is given twice; keep one")
         # Texts in a column that most logs do not need are another way to write it than ours.
-        beside = parsed and parsed[0].name in BESIDE and parsed[0].kind == "number"
-        if parsed is None or (beside and column.dtype.kind not in "fiub"):
+        optional = parsed and parsed[0].name in OPTIONAL and parsed[0].kind == "number"
+        if parsed is None or (optional and column.dtype.kind not in "fiub"):
             draft.strangers.append(name)
             continue
         quantity, suffix = parsed
@@ -237,9 +237,6 @@ def name_rows(rows: NDArray[np.intp]) -> str:
     more = f" and {len(ranges) - _SHOWN_RANGES} more places" if len(ranges) > _SHOWN_RANGES else ""
     return f"row{'s' if len(rows) > 1 else ''} {', '.join(ranges[:_SHOWN_RANGES])}{more}"
 
-
-# Fill GPS columns that are blank between fixes: each fix is repeated until the next one.
-# A logger with one rate writes its file in this way.
 
 _SLOWEST = 2.0  # times the median number of rows between fixes: a longer blank is a failure, not a slow GPS
 _ODD = 0.05  # share of the intervals that may be longer or shorter: a failure now and then

@@ -75,7 +75,7 @@ _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
 def guesses(name: str, unit: str, column: Column) -> list[Guess]:
     """Return what a column may be, the best first; nothing for a column that fits no quantity.
 
-    `unit` is what the file states beside the names, or empty.
+    `unit` is what the file states next to the names, or empty.
     """
     if is_clock(column):
         score = 0.0
@@ -178,7 +178,7 @@ def _plausible(quantity: Channel, values: Array, suffix: str) -> bool:
     return bool(low <= np.quantile(size, 0.7) and np.quantile(size, 0.95) <= high)
 
 
-# Narrower than what a log may hold: the ranges of usual flights tell the units apart.
+# Narrower than what a log may hold: the ranges of usual flights distinguish the units.
 _RANGES = {
     "static_pressure": (15e3, 108e3),
     "total_pressure": (15e3, 140e3),
@@ -279,9 +279,6 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
     return best, sign
 
 
-# Columns that say the same in two ways: an airspeed and an impact pressure, a height and a static
-# pressure. Where both are there, the one that needs no unit by guess tells the unit of the other.
-
 _AIRSPEED_AGREES = 0.05  # of the airspeed: a display shows the impact pressure of its own source
 _HEIGHT_AGREES = 250.0  # m, more than a static source errs; a unit errs by kilometers
 _PAIRS: tuple[tuple[str, tuple[str, ...], Callable[[Array], Array]], ...] = (
@@ -296,7 +293,11 @@ _PAIRS: tuple[tuple[str, tuple[str, ...], Callable[[Array], Array]], ...] = (
 
 def agreed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
     """Return the guesses, with the units of pressures that agree with a display; a pressure that
-    agrees in no unit is left out, because a raw or a smoothed count looks like one."""
+    agrees in no unit is left out, because a raw or a smoothed count looks like one.
+
+    An airspeed and an impact pressure, or a height and a static pressure, say the same in two ways.
+    Where both are there, the one that needs no unit by guess tells the unit of the other.
+    """
     by_quantity = {guess.quantity: guess for guess in chosen}
     result = list(chosen)
     for pressure, displays, converted in _PAIRS:
@@ -332,11 +333,6 @@ def _near(one: Array, other: Array, pressure: str) -> bool:
     return difference < _HEIGHT_AGREES
 
 
-# Draft a mapping for a table of unknown names, and say how sure each line is. Each column goes to
-# the quantity that its name fits best. Where the file does not state a unit, the units in which the
-# values are possible are tried on the whole log: airspeed and ground speed, height and pressure
-# have to agree.
-
 _ROWS = 2000  # of a long log that are tried
 _MOST_TRIALS = 48
 _MOST_COLUMNS = 1000
@@ -355,7 +351,7 @@ _NEEDED = (
     ("velocity_north", "ground_speed", "latitude"),
     ("velocity_east", "track", "magnetic_track", "longitude"),
 )
-_SUPERSEDED = {  # a quantity that is not needed beside others
+_SUPERSEDED = {  # a quantity that is not needed where others are there
     "indicated_airspeed": ("impact_pressure", "total_pressure"),
     "calibrated_airspeed": ("impact_pressure", "total_pressure", "indicated_airspeed"),
     "mach": AIRSPEEDS,
@@ -408,6 +404,10 @@ class DraftedMapping:
 def draft_mapping(table: Table) -> DraftedMapping:
     """Return a mapping for a table, as far as its columns can be recognized.
 
+    Each column goes to the quantity that its name fits best. Where the file does not state a unit,
+    the units in which the values are possible are tried on the whole log: airspeed and ground
+    speed, height and pressure have to agree.
+
     Raises BadInputError for a table of more than 1,000 columns, which would take minutes.
     """
     if len(table.names) > _MOST_COLUMNS:
@@ -427,10 +427,10 @@ def draft_mapping(table: Table) -> DraftedMapping:
     chosen = _without_superseded(agreed(table, judged(table, _one_each(offered))))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
     fitted = judged(table, fitted)  # now that more units are known
-    beside = {guess.quantity: guess.theirs for guess in fitted}
+    by_quantity = {guess.quantity: guess.theirs for guess in fitted}
     lines = (
         *(
-            DraftedLine(guess, _question(guess, _rivals(guess, offered), beside))
+            DraftedLine(guess, _question(guess, _rivals(guess, offered), by_quantity))
             for guess in fitted
         ),
         *_more_sensors(fitted, offered),
@@ -483,7 +483,7 @@ def _without_superseded(chosen: list[Guess]) -> list[Guess]:
         others = _DIRECTED if here.issuperset(_POSITIONS) else ()
         dropped = (*_COMPONENTS, *(_POSITIONS if directed else others))
         dropped = dropped if directed or others else ()
-    unneeded = {name for name, beside in _SUPERSEDED.items() if not here.isdisjoint(beside)}
+    unneeded = {name for name, better in _SUPERSEDED.items() if not here.isdisjoint(better)}
     return _with_a_height([g for g in chosen if g.quantity not in unneeded.union(dropped)])
 
 
@@ -593,11 +593,11 @@ def _more_sensors(fitted: Sequence[Guess], offered: Sequence[list[Guess]]) -> It
                 yield DraftedLine(numbered, f"is this a sensor beside {first.theirs!r}?")
 
 
-def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) -> str:
-    """Return what to ask about a line; empty for one that is sure. `beside` holds the columns by
-    quantity.
+def _question(guess: Guess, rivals: Sequence[str], by_quantity: Mapping[str, str]) -> str:
+    """Return what to ask about a line; empty for one that is sure. `by_quantity` holds the columns
+    by quantity.
     """
-    variation = beside.get("magnetic_variation", beside.get("magnetic_track"))
+    variation = by_quantity.get("magnetic_variation", by_quantity.get("magnetic_track"))
     if (
         variation
         and guess.quantity in ("track", "heading")
@@ -607,8 +607,8 @@ def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) ->
             f"is it true, or magnetic as {variation!r} beside it suggests "
             f"(magnetic_{guess.quantity}_deg)?"
         )
-    if (guess.quantity == "indicated_altitude" and "altimeter_setting" not in beside) or (
-        guess.quantity == "altitude" and not set(_NEEDED[2]) & set(beside)
+    if (guess.quantity == "indicated_altitude" and "altimeter_setting" not in by_quantity) or (
+        guess.quantity == "altitude" and not set(_NEEDED[2]) & set(by_quantity)
     ):
         return (
             "is it the height by GPS, or a pressure altitude "
@@ -659,8 +659,8 @@ def fill_units(table: Table) -> Table:
             and not (others and not QUANTITIES[guess.theirs].essential)
         ):
             named[guess.theirs] = guess.target()
-            told = ", or else ".join(guess.units)
-            notes.append(f"column {guess.theirs!r} states no unit: by its values {told}")
+            units = ", or else ".join(guess.units)
+            notes.append(f"column {guess.theirs!r} states no unit: by its values {units}")
     names = tuple(named.get(name, name) for name in table.names)
     return replace(table, names=names, warnings=tuple(notes))
 
@@ -682,8 +682,8 @@ def mapping_text(drafted: DraftedMapping, log: str) -> str:
     body = [_line(line) for line in drafted.lines]
     # A line break would end the comment.
     unused = [
-        f"# Not used: {' '.join(name.split())}: {held}"
-        for name, held in zip(drafted.unused, drafted.ranges, strict=True)
+        f"# Not used: {' '.join(name.split())}: {values}"
+        for name, values in zip(drafted.unused, drafted.ranges, strict=True)
         if name
     ]
     more = len(unused) - _SHOWN

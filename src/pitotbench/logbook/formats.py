@@ -119,7 +119,7 @@ class TopicReader:
             for entry in files
         ]
         require_regular(path)
-        found, held = self.read_named(path, [name for names in wanted for name in names])
+        found, parameters = self.read_named(path, [name for names in wanted for name in names])
         missing = [
             " or ".join(names)
             for names, entry in zip(wanted, files, strict=True)
@@ -132,7 +132,7 @@ class TopicReader:
                 "autopilot to log the airspeed sensor, the barometer and the GPS, and fly again"
             )
         tables = [next((found[name] for name in names if name in found), None) for names in wanted]
-        return tables, held
+        return tables, parameters
 
 
 TOPIC_READERS = {

@@ -50,33 +50,35 @@ def read_mapped(
 
     `read_table` reads one file. Of several airspeed sensors the table has that of the `number`,
     counted from 1, the first for None. The pressures of an autopilot are those of the airspeed that
-    it showed (`as_shown`), with the parameters of the log, of a table of them beside it, or `stated`.
-    Raises BadInputError for a file or column that is missing or ambiguous.
+    it showed (`as_shown`), with the parameters of the log, of a table of them in its folder, or
+    `stated`. Raises BadInputError for a file or column that is missing or ambiguous.
     """
     topics = topics_of(path)
     files = [] if topics else find_files(path, mapping)
-    tables, held = topics.read(path, mapping.files) if topics else ([], {})
+    tables, parameters = topics.read(path, mapping.files) if topics else ([], {})
     for file in files:
         with within(file.name if file else ""):
             tables.append(read_table(file) if file else None)
     if files and files[0]:
-        held = _parameters_beside(files[0], mapping.files[0].pattern, read_table)
+        parameters = _parameters_of_table(files[0], mapping.files[0].pattern, read_table)
     found: list[tuple[Table, str]] = []
-    sensor, told = 1, list[str]()
+    sensor, notes = 1, list[str]()
     if len(mapping.files) > 1:
-        sensor, base, told = chosen(_airspeed_sensors(mapping.files, tables), number)
-        tables[0] = replace(base, warnings=(*base.warnings, *told))
+        sensor, base, notes = chosen(_airspeed_sensors(mapping.files, tables), number)
+        tables[0] = replace(base, warnings=(*base.warnings, *notes))
     for entry, table in zip(mapping.files, tables, strict=True):
         if table is None or entry.another:  # an optional file that is absent, or another sensor
             continue
         with within(entry.pattern if len(mapping.files) > 1 else "mapping"):
             shown = as_shown(
-                next(iter(_sensors(table).values()), table), {**held, **(stated or {})}, sensor
+                next(iter(_sensors(table).values()), table),
+                {**parameters, **(stated or {})},
+                sensor,
             )
             renamed = rename(shown, entry)
             found.append((renamed if len(mapping.files) == 1 else components(renamed), entry.join))
     joined = found[0][0] if len(found) == 1 else join_tables(found[0][0], found[1:])
-    known = {**({PARAMETERS: stated} if stated else {}), **({SENSOR: sensor} if told else {})}
+    known = {**({PARAMETERS: stated} if stated else {}), **({SENSOR: sensor} if notes else {})}
     return replace(joined, header={**known, **joined.header})
 
 
@@ -103,22 +105,22 @@ def _airspeed_sensors(
     found: dict[int, tuple[str, Table]] = {}
     for entry, table in zip(files, tables, strict=True):
         if table is not None and (entry is files[0] or entry.another):
-            name, held = entry.pattern.removeprefix("*").removesuffix(".csv"), _sensors(table)
-            for number, each in held.items():
+            name, sensors = entry.pattern.removeprefix("*").removesuffix(".csv"), _sensors(table)
+            for number, each in sensors.items():
                 place = number if entry is files[0] else 1 + max(found, default=0)
                 found[place] = (f"{name}[{number - 1}]" if _INSTANCE in table.names else name, each)
     return found
 
 
-def _parameters_beside(file: Path, pattern: str, read_table: ReadTable) -> dict[str, Any]:
+def _parameters_of_table(file: Path, pattern: str, read_table: ReadTable) -> dict[str, Any]:
     """Return the parameters of the table `*PARM.csv` beside the first file of a log, by name; none
     where there is none.
     """
-    beside = file.with_name(f"{file.name.removesuffix(pattern.rpartition('*')[2])}PARM.csv")
-    if not beside.is_file():
+    parameter_file = file.with_name(f"{file.name.removesuffix(pattern.rpartition('*')[2])}PARM.csv")
+    if not parameter_file.is_file():
         return {}
-    with within(beside.name):
-        table = read_table(beside)
+    with within(parameter_file.name):
+        table = read_table(parameter_file)
         return dict(zip(table.column("Name"), numbers("Value", table.column("Value")), strict=True))
 
 
@@ -252,20 +254,20 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     warnings = list(base.warnings)
     for (table, join), clock in zip(others, clocks, strict=True):
         warnings += table.warnings
-        held = np.arange(int(inside.sum()))
+        rows = np.arange(int(inside.sum()))
         if (
             join == "linear"
             and any(name.startswith("velocity_north_") for name in table.names)
             and FRESH not in names
         ):
-            fresh, held = _fixes(time[inside], clock)
+            fresh, rows = _fixes(time[inside], clock)
             names.append(FRESH)
             columns.append(fresh)
         for name, column in zip(table.names, table.columns, strict=True):
             # The clock of another file has served; the joined table has the clock of the base.
             if not name.startswith("time_"):
                 names.append(name)
-                columns.append(_at(time[inside], clock, name, column, join)[held])
+                columns.append(_at(time[inside], clock, name, column, join)[rows])
     header = {key: value for table, _ in others for key, value in table.header.items()}
     return Table(tuple(names), tuple(columns), {**header, **base.header}, tuple(warnings))
 

@@ -29,11 +29,11 @@ def read_parquet(path: Path) -> Table:
         metadata = parquet.read_metadata(path)
         require_few_columns(metadata.num_columns)
         groups = map(metadata.row_group, range(metadata.num_row_groups))
-        told = max(
+        unpacked = max(
             metadata.num_rows * metadata.num_columns,
             sum(g.total_byte_size for g in groups) / NUMBER,
         )
-        require_unpackable(told, path)
+        require_unpackable(unpacked, path)
         leaves = [*map(metadata.schema.column, range(metadata.num_columns))]
         # Of a text that repeats, a file holds one: so does the memory then.
         repeated = [leaf.path for leaf in leaves if _is_flat_text(leaf)]
@@ -62,9 +62,11 @@ def _table(file: Any, wide: set[str], path: Path) -> "pa.Table":
     for batch in file.iter_batches(columns=kept.names):
         batches.append(batch)
         values += batch.num_rows * batch.num_columns
-        held = [c.dictionary for c in batch.columns if pa.types.is_dictionary(c.type)]
+        dictionaries = [c.dictionary for c in batch.columns if pa.types.is_dictionary(c.type)]
         # The parts of a column share its texts.
-        texts |= {part.address: part.size for each in held for part in each.buffers() if part}
+        texts |= {
+            part.address: part.size for each in dictionaries for part in each.buffers() if part
+        }
         require_unpackable(values + sum(texts.values()) / NUMBER, path)
     return pa.Table.from_batches(batches, batches[0].schema if batches else kept)
 

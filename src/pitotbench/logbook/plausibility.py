@@ -22,11 +22,6 @@ from pitotbench.records.log import Caution
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
 
-# Airspeed against ground speed: what impact pressure the ground speed asks for, in a wind that is
-# found with it. Over all headings a wind cannot look like a factor. On one heading it can: then the
-# standard error of the factor, with the wind's usual size as knowledge, is large, and nothing is
-# said.
-
 SPEED_FACTOR = "speed factor"  # code of the warning, which the factor of a calibration replaces
 _FLYING = 5.0  # m/s over ground
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
@@ -44,7 +39,7 @@ _GAINS = {  # on the impact pressure
     0.5: "twice the impact pressure",
     4.0: "half of the airspeed",
 }
-_SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
+_SMALL_ZERO = 30.0  # Pa: a smaller one is not what makes the speeds differ
 # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
 _SCALE_SPREAD = 10.0
 _CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the log is looked at
@@ -122,6 +117,10 @@ def flown_rows(draft: Draft) -> FlownRows | None:
 def find_factor(flown: FlownRows) -> Factor:
     """Fit the winds, scale, zero and a change of the scale at half time, by least squares with weak
     priors.
+
+    The impact pressure is compared with that which the ground speed needs in this wind. Over all
+    headings a wind cannot look like a factor. On one heading it can: then the standard error of the
+    factor, with the wind's usual size as knowledge, is large, and nothing is said.
     """
     from scipy.optimize import (
         least_squares,
@@ -315,11 +314,6 @@ def _offset(factor: Factor, impact_pressure: float) -> float:
     return offset if abs(offset) <= LIMITS.zero_allowed else 0.0
 
 
-# Velocity against heading, where the log holds it: signs, exchanged or turned axes. With z = north
-# + i·east, the velocity over ground is a·V·e^(iψ) + wind, and a is near 1. A velocity with
-# exchanged axes or with one wrong sign is the mirror image, a·V·e^(−iψ) + wind; the angle of a says
-# which.
-
 _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
     0: "the east velocity has the wrong sign",
     90: "the north and east velocities are exchanged",
@@ -362,15 +356,20 @@ def check_heading(draft: Draft, flown: FlownRows, factor: Factor) -> None:
 
 
 def align(flown: FlownRows, psi: Array, mirrored: bool) -> Alignment:
-    """The least-squares a and winds of the velocity against the heading `psi` [rad], (n,)."""
+    """The least-squares a and winds of the velocity against the heading `psi` [rad], (n,).
+
+    With z = north + i·east, the velocity over ground is a·V·e^(iψ) + wind, and a is near 1. A
+    velocity with exchanged axes or with one wrong sign is the mirror image, a·V·e^(−iψ) + wind; the
+    angle of a says which.
+    """
     airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     pointer = airspeed * np.exp(-1j * psi if mirrored else 1j * psi)
     velocity = flown.north + 1j * flown.east
     windows = np.arange(flown.window[-1] + 1) == flown.window[:, None]
     matrix = np.column_stack([pointer, windows])
     solution = np.linalg.lstsq(matrix, velocity, rcond=None)[0]
-    rest = velocity - matrix @ solution
-    misfit = float(np.sqrt(np.mean(np.abs(rest) ** 2)))
+    residuals = velocity - matrix @ solution
+    misfit = float(np.sqrt(np.mean(np.abs(residuals) ** 2)))
     alone = pointer - windows @ np.linalg.lstsq(windows.astype(np.float64), pointer)[0]
     scatter = float(np.sqrt(np.mean(np.abs(alone) ** 2)))
     spread = misfit / (abs(solution[0]) * scatter * np.sqrt(len(psi) / flown.shared))
@@ -436,8 +435,10 @@ def _is_reckoned(flown: FlownRows, factor: Factor) -> bool:
     airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     through = np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])
     wiggles = np.diff([airspeed, through], 2, axis=1)
-    size, apart = (float(np.median(np.abs(each))) for each in (wiggles[0], wiggles[1] - wiggles[0]))
-    return apart < LIMITS.wiggles_apart * size
+    size, difference = (
+        float(np.median(np.abs(each))) for each in (wiggles[0], wiggles[1] - wiggles[0])
+    )
+    return difference < LIMITS.wiggle_difference * size
 
 
 def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> bool:
@@ -529,13 +530,12 @@ def _compare(draft: Draft, name: str, expected: Array, measured: Array, about_me
         )
 
 
-# The checks run in this order, because each trusts what those before it have looked at: static
-# pressure and temperature give the density with which airspeeds are formed. All arrays are SI, one
-# value for each row.
-
-
 def check_plausibility(draft: Draft) -> None:
-    """Warn of what is hardly possible; raise BadInputError for what is not."""
+    """Warn of what is hardly possible; raise BadInputError for what is not.
+
+    Each check trusts what those before it have looked at: static pressure and temperature give the
+    density with which airspeeds are formed.
+    """
     check_height(draft)
     check_temperature(draft)
     flown = flown_rows(draft)

@@ -13,8 +13,6 @@ from pitotbench.records import BadInputError
 from pitotbench.records.log import Caution
 from pitotbench.units import SUFFIXES, Array, Booleans, Pascal, from_si, to_si
 
-# The limits of what a log may show, each with its reason, and what else two or more checks share.
-
 
 @dataclass(frozen=True, slots=True)
 class Limits:
@@ -73,7 +71,7 @@ class Limits:
     # share of the misfit that a mirrored velocity may have to be believed
     mirror_better: float = 0.5
     # of the airspeed's second differences: two sensors have 0.37 or more in real logs
-    wiggles_apart: float = 0.2
+    wiggle_difference: float = 0.2
     track_equal: float = 1.0  # degrees rms: a heading so near the track in a wind is the track
 
     # Attitude.

@@ -30,7 +30,7 @@ def chosen(sensors: Mapping[int, tuple[str, T]], number: int | None) -> tuple[in
             )
         )
     name, found = sensors[taken]
-    told: list[str] = [  # it moves the number
+    notes: list[str] = [  # it moves the number
         Caution(
             f"the log holds {len(sensors)} airspeed sensors ({names}): this is {name}; "
             f"--airspeed-sensor {other} takes {sensors[other][0]}",
@@ -38,7 +38,7 @@ def chosen(sensors: Mapping[int, tuple[str, T]], number: int | None) -> tuple[in
         )
         for other in sorted(sensors.keys() - {taken})[:1]
     ]
-    return taken, found, told
+    return taken, found, notes
 
 
 def of_sensor(table: Table, number: int | None) -> Table:
@@ -55,8 +55,8 @@ def of_sensor(table: Table, number: int | None) -> Table:
     }
     if not sensors:
         return table
-    taken, _, told = chosen(sensors, number)
-    if not told:
+    taken, _, notes = chosen(sensors, number)
+    if not notes:
         return table
     static = any(each == taken and plain.startswith(_STATIC) for plain, each, _ in found)
     kept = {
@@ -70,7 +70,7 @@ def of_sensor(table: Table, number: int | None) -> Table:
         columns=tuple(table.columns[place] for place in kept.values()),
         units=tuple(table.units[place] for place in kept.values()) if table.units else (),
         header={**table.header, SENSOR: taken},
-        warnings=(*table.warnings, *told),
+        warnings=(*table.warnings, *notes),
     )
 
 

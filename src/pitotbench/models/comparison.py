@@ -146,10 +146,6 @@ class _Meter:
         return measure_forces(plant, self.motion, self.names)
 
 
-# JSBSim ends the whole process at a property that nothing defines: such a mixture of two files is
-# never loaded.
-
-
 def _defined(folder: Path) -> frozenset[str]:
     """Return the properties that the files of an aircraft define: functions, components, outputs,
     declarations.
@@ -169,6 +165,9 @@ def _defined(folder: Path) -> frozenset[str]:
 def _require_whole(folder: Path, known: frozenset[str]) -> None:
     """Raise SimulationError where an aircraft reads a property that it lacks, and one of the two
     files defines.
+
+    JSBSim ends the whole process at a property that nothing defines: such a mixture of two files is
+    never loaded.
     """
     read = {
         (element.text or "").strip().lstrip("-")

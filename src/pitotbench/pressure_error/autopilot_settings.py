@@ -41,16 +41,16 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
     if name not in AUTOPILOTS:
         raise BadInputError(explain("autopilot", name, list(AUTOPILOTS)))
     recorded = result.autopilot or RecordedAutopilot({})
-    autopilot, held = AUTOPILOTS[name].of_sensor(recorded.sensor), recorded.parameters
+    autopilot, parameters = AUTOPILOTS[name].of_sensor(recorded.sensor), recorded.parameters
     prefix = autopilot.prefix
-    fixed = bool(prefix) and held.get(f"{prefix}TYPE") == _WITHOUT_OFFSET
-    _require(autopilot, held, () if fixed else (autopilot.offset,))
+    fixed = bool(prefix) and parameters.get(f"{prefix}TYPE") == _WITHOUT_OFFSET
+    _require(autopilot, parameters, () if fixed else (autopilot.offset,))
     curve = result.curve
     if len(curve.indicated_airspeed) < _FEWEST:
         raise NoAnswerError(
             "the curve has too few airspeeds for a scale and an offset: fly a wider range"
         )
-    old = autopilot.ratio_of(held[autopilot.gain])
+    old = autopilot.ratio_of(parameters[autopilot.gain])
     fit = _fit(curve, old, fixed)
     gain = autopilot.gain_of(fit.ratio)
     # d(gain)/gain = power · dR/R: 1 where the gain is R, ½ where it is a factor of the airspeed
@@ -58,12 +58,12 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
     span = "{:.0f} to {:.0f} kt".format(*curve.indicated_airspeed_kt[[0, -1]])
     settings = [
         Setting(
-            autopilot.gain, gain, gain * power * fit.ratio_two_sigma / fit.ratio, held[autopilot.gain],
-            f"old value and the slope of the curve, {span} shown",
+            autopilot.gain, gain, gain * power * fit.ratio_two_sigma / fit.ratio,
+            parameters[autopilot.gain], f"old value and the slope of the curve, {span} shown",
         )
     ]  # fmt: skip
     if not fixed:
-        before, change = held[autopilot.offset], tube_sign(held, prefix) * fit.offset
+        before, change = parameters[autopilot.offset], tube_sign(parameters, prefix) * fit.offset
         moved = f"{'plus' if change > 0.0 else 'less'} {abs(change):.3g} Pa"
         found = f"old value {moved}, where the corrected airspeed is zero"
         settings.append(
@@ -71,47 +71,51 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
         )
     for switch, value, reason in autopilot.switches:
         if not (fixed and switch == f"{prefix}SKIP_CAL"):
-            settings.append(Setting(switch, value, None, held.get(switch), reason))
+            settings.append(Setting(switch, value, None, parameters.get(switch), reason))
     return AutopilotSettings(name, tuple(settings), fit.calibrated, fit.bound, recorded.wash)
 
 
-def _require(autopilot: Autopilot, held: Mapping[str, float], more: tuple[str, ...]) -> None:
-    missing = [n for n in (autopilot.gain, *more) if n not in held]
+def _require(autopilot: Autopilot, parameters: Mapping[str, float], more: tuple[str, ...]) -> None:
+    missing = [n for n in (autopilot.gain, *more) if n not in parameters]
     if missing:
-        has = f"it holds {', '.join(sorted(held))}" if held else "it holds none of an autopilot"
+        has = (
+            f"it holds {', '.join(sorted(parameters))}"
+            if parameters
+            else "it holds none of an autopilot"
+        )
         raise BadInputError(
             f"the log does not hold {' and '.join(missing)}, with which its airspeed was shown "
             f"({has}). Calibrate "
             "the file that the autopilot wrote (.bin or .ulg), or state the old values: --params "
             f"{autopilot.title.lower()},{autopilot.gain}=...,{autopilot.offset}=..."
         )
-    if not held[autopilot.gain] > 0.0:
+    if not parameters[autopilot.gain] > 0.0:
         raise BadInputError(
-            f"the old {autopilot.gain} is {held[autopilot.gain]:g}: it must be above "
+            f"the old {autopilot.gain} is {parameters[autopilot.gain]:g}: it must be above "
             f"zero; state that of the flight: --params {autopilot.title.lower()},"
             f"{autopilot.gain}=..."
         )
-    if reason := _REFUSALS[autopilot.title](held, autopilot.prefix):
+    if reason := _REFUSALS[autopilot.title](parameters, autopilot.prefix):
         raise BadInputError(
             f"{reason}; calibrate without --params and correct the airspeed by the card"
         )
 
 
-def _refuse_ardupilot(held: Mapping[str, float], prefix: str) -> str:
-    kind = _NO_PRESSURE.get(int(held.get(f"{prefix}TYPE", 1)))
+def _refuse_ardupilot(parameters: Mapping[str, float], prefix: str) -> str:
+    kind = _NO_PRESSURE.get(int(parameters.get(f"{prefix}TYPE", 1)))
     return (
         ""
         if kind is None
-        else f"{prefix}TYPE {held[f'{prefix}TYPE']:g} is {kind}: no ratio acts on it"
+        else f"{prefix}TYPE {parameters[f'{prefix}TYPE']:g} is {kind}: no ratio acts on it"
     )
 
 
-def _refuse_px4(held: Mapping[str, float], _: str) -> str:
+def _refuse_px4(parameters: Mapping[str, float], _: str) -> str:
     why = (
         "PX4 computes the airspeed of an SDP3X with a model of its tube (SENS_EN_SDP3X is set), "
         "not by the formula"
     )
-    return why if held.get("SENS_EN_SDP3X", 0.0) else ""
+    return why if parameters.get("SENS_EN_SDP3X", 0.0) else ""
 
 
 # Why the parameters of a log cannot be replaced, empty where they can, by the autopilot's title.

@@ -13,9 +13,6 @@ from numpy.polynomial import legendre
 from pitotbench import air
 from pitotbench.units import Array, Pascal
 
-# The models of Martos, Kiszely and Foster (2011, Fig 4), each a sum of terms in x = q_ci/q_ref.
-# The source shows Inverse+ only as a figure; k1 + k2 x + k3/x is our reading of it.
-
 Term = Callable[[Array], Array]
 
 
@@ -23,6 +20,9 @@ Term = Callable[[Array], Array]
 class TermModel:
     """A model of Δp/q_c that is linear in its parameters. `terms` holds a term and its slope for
     each parameter.
+
+    The models of Martos, Kiszely and Foster (2011, Fig 4) are such sums in x = q_ci/q_ref. The
+    source shows Inverse+ only as a figure; k1 + k2 x + k3/x is our reading of it.
     """
 
     name: str
@@ -74,13 +74,6 @@ INVERSE_PLUS = TermModel("inverse+", ("k1", "k2", "k3"), (ONE, X, ONE_OVER_X), "
 _LEAST = 1e-3  # of the low end: the smallest x used, so that a bad iterate still has a logarithm
 
 
-# A curve of which nothing is known but that it is smooth. It is a level, a slope in ln x, a part in
-# 1/x (the error of a static source follows the angle of attack, and the lift coefficient of level
-# flight is proportional to 1/x), and departures from these. Over the flown range of ln x, u from −1
-# to 1, they are Legendre polynomials with a mean square of 1. The departures fall as 1/degree², the
-# rate of curves with a square-integrable second derivative. Their size is one of a few, alike
-# likely: the log decides.
-
 _DEGREES = 8  # polynomials of degree 0 to 7
 _RIVALS = (0.25, 1.0, 4.0)  # of the usual size of the departures
 _LEAST_RANGE = 2.0  # ratio of the ends, as from 100 to 141 kt: over less a curve changes by less
@@ -103,6 +96,13 @@ _DERIVED = legendre.legder(np.eye(_DEGREES))  # of each polynomial, in those of 
 class SmoothModel:
     """A smooth curve over the range `low` to `high` of x = q_ci/q_ref, a straight line in ln x
     beyond it.
+
+    A curve of which nothing is known but that it is smooth. It is a level, a slope in ln x, a part
+    in 1/x (the error of a static source follows the angle of attack, and the lift coefficient of
+    level flight is proportional to 1/x), and departures from these. Over the flown range of ln x, u
+    from −1 to 1, they are Legendre polynomials with a mean square of 1. The departures fall as
+    1/degree², the rate of curves with a square-integrable second derivative. Their size is one of a
+    few, alike likely: the log decides.
 
     `slope`, `lift` and `departure` [Δp/q_c] are one standard deviation of the root mean square of
     the slope's part, of the part in 1/x, and of the departures in the middle one of the rival
@@ -191,9 +191,14 @@ class SmoothModel:
         slope leave of it.
         """
         level, slope, scatter = _lift_over(self._half)
-        rest = (lift - level * of_degree[..., 0] - slope * of_degree[..., 1]) / scatter
+        unlike_lift = (lift - level * of_degree[..., 0] - slope * of_degree[..., 1]) / scatter
         # each column is contiguous in memory, because fits work column by column
-        rows = [of_degree[..., 0], of_degree[..., 1], rest, *np.moveaxis(of_degree[..., 2:], -1, 0)]
+        rows = [
+            of_degree[..., 0],
+            of_degree[..., 1],
+            unlike_lift,
+            *np.moveaxis(of_degree[..., 2:], -1, 0),
+        ]
         return np.moveaxis(np.stack(rows), 0, -1)
 
 

@@ -16,23 +16,23 @@ def closure_of(
     sizes: Sequence[float],
     cells: Sequence[int],
     covariance: Array | None = None,
-    beside: Sequence[int] = (),
+    given: Sequence[int] = (),
 ) -> Closure:
     """Return the closure by effects of given sizes; the free parameters are fitted anew, the sizes
     are not.
 
     `covariance` is that of the sizes, (k, k), where they come from another log. The columns
-    `beside` are fitted freely, before as well as after: an event of this log is no part of what
+    `given` are fitted freely, before as well as after: an event of this log is no part of what
     another log can close.
 
     The sum of squares that noise leaves is that of a fit with free sizes and with every significant
     cell. So an explanation that leaves a gap elsewhere does not close all of it.
     """
-    before = equations.remaining(beside)
+    before = equations.remaining(given)
     after, chance = before, 0.0
     if len(columns):
         inner, s = equations.inner, np.asarray(sizes)
-        chosen, free = list(columns), list(beside)
+        chosen, free = list(columns), list(given)
         squares = inner[np.ix_(chosen, chosen)]
         left = inner[free, -1] - inner[np.ix_(free, chosen)] @ s
         taken = left @ np.linalg.lstsq(inner[np.ix_(free, free)], left, rcond=None)[0]
@@ -40,7 +40,7 @@ def closure_of(
             equations.remaining(()) - 2.0 * s @ inner[chosen, -1] + s @ squares @ s - taken
         )
         chance = 0.0 if covariance is None else float(np.sum(squares * covariance))
-    used = [*columns, *beside]
+    used = [*columns, *given]
     for _ in range(THRESHOLDS.gap_cells_most if len(cells) else 0):
         scores = equations.scores(cells, used)
         worst = int(np.argmax(np.abs(scores)))
@@ -59,11 +59,11 @@ def joined_closure(closures: Iterable[Closure]) -> Closure:
     return Closure(*(sum(getattr(c, n) for c in every) for n in ("before", "after", "noise")))
 
 
-def closes(held: Closure) -> bool:
+def closes(closure: Closure) -> bool:
     """Whether effects close enough of the gap of a log that their sizes were not fitted to.
 
     They do where what is left of the gap is within chance: a log that shows little of an effect
     says little of it, and so do sizes that are hardly known.
     """
-    by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * held.chance
-    return held.share >= THRESHOLDS.closure_lowest or held.after - held.noise < by_chance
+    by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * closure.chance
+    return closure.share >= THRESHOLDS.closure_lowest or closure.after - closure.noise < by_chance

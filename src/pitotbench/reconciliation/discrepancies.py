@@ -1,5 +1,11 @@
 """Smooth discrepancies of unknown form: how probable a log is where the cells of some channels have
 sizes that nobody has written down.
+
+A place has some hundred cells, and a fit asks for their evidence given each hypothesis, in five
+sizes, at two powers of the likelihood. The cells are turned once into axes that are independent
+where nothing else is in the fit. What the members of a fit take from them is of low rank, so that
+each further question costs matrices of the members alone (Woodbury's identity and the determinant
+lemma: Rasmussen and Williams 2006, app. A.3).
 """
 
 from collections.abc import Sequence
@@ -10,12 +16,6 @@ import numpy as np
 from pitotbench.reconciliation.evidence import Beside, Evidence
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
-
-# A place has some hundred cells, and a fit asks for their evidence beside each hypothesis, in five
-# sizes, at two powers of the likelihood. The cells are turned once into axes that are independent
-# where nothing else is in the fit. What the members of a fit take from them is of low rank, so that
-# each further question costs matrices of the members alone (Woodbury's identity and the determinant
-# lemma: Rasmussen and Williams 2006, app. A.3).
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Discrepancy:
         """Return the logarithm of prior times evidence of the discrepancy, in any of its sizes.
 
         A hypothesis with some columns, (q,), and prior deviations, (q,), is in the fit as well as
-        the members that the evidence is beside.
+        the members that are fitted with it.
         """
         inner, cells = beside.evidence.inner, list(self.cells)
         rows, scale = [*columns, -1], np.array([*deviations, 1.0])

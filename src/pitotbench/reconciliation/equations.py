@@ -15,11 +15,6 @@ from pitotbench.units import Array
 
 Integers = NDArray[np.intp]
 
-# The normal equations of a log: inner products of whitened columns, by sets of segments. Columns
-# are the free parameters, the signatures of effects, the cells, and the residuals. Every fit, joint
-# fit and held-out fit is then algebra on small matrices (generalized least squares; priors enter as
-# rows of data: Rasmussen and Williams 2006, §2.7).
-
 FOLDS = 8  # sets of segments of the log, from all over it, of which each is left out once
 SEGMENT = 8.0  # s: a part that is left out whole; short, for a turn may come only once
 INSTANTS = 16  # of a part
@@ -50,6 +45,10 @@ class Fit:
 @dataclass(frozen=True, slots=True)
 class NormalEquations:
     """Inner products by fold, a set of short segments from all over the log, (b, m, m).
+
+    Columns are the free parameters, the signatures of effects, the cells, and the residuals. Every
+    fit, joint fit and held-out fit is then algebra on small matrices (generalized least squares;
+    priors enter as rows of data: Rasmussen and Williams 2006, §2.7).
 
     The first `free` columns are the free parameters, with the prior precisions `prior`, (k,).
     Signatures and cells follow; the residual is last. `inner` holds the sums over all blocks after
@@ -190,8 +189,6 @@ def _solve_scaled(normal: Array, right: Array) -> Array:
     solved = np.linalg.lstsq(normal * np.outer(scale, scale), right * scale, rcond=ROUNDING)[0]
     return np.asarray(solved * scale)
 
-
-# The noise of a log that is laid out: learned from it, scaled to it, and applied to its columns.
 
 SAME_SHAPE = 1e-9  # singular value of the cells' shapes below which two of them are the same
 

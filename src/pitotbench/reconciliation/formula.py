@@ -26,9 +26,6 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import FormulaTerm
 from pitotbench.units import Array
 
-# The signatures of the terms of all formulas: what a unit of each coefficient changes in the
-# residuals.
-
 LOAD = 100.0  # lb: the lift that is put on the force meter to measure what a pound of it changes
 
 Sizes = Mapping[tuple[str, str], float]  # by formula and coefficient

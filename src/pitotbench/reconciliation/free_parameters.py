@@ -54,7 +54,7 @@ REPORTED = {
 WITH_HEIGHT = {"pressure_height": 0.05, "temperature": 0.005}  # a meter of height: the day's lapse
 EARTH_RATE = 1.5e-4  # rad/s, twice the earth's rate; the latitude decides which share of it acts
 ROUNDING_DEVIATION = float(1.0 / np.sqrt(12.0))  # of a number rounded to whole steps, in steps
-# Steps for the difference quotients: small beside the priors, large beside rounding.
+# Steps for the difference quotients: small compared with the priors, large compared with rounding.
 BIAS_STEP = 0.002  # rad
 SCALE_STEP = 0.01  # a share
 CURVE_STEP = 0.01  # a share

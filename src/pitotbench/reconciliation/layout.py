@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pitotbench.catalog import Catalog
-from pitotbench.effects import terms_beside
+from pitotbench.effects import additional_terms
 from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
@@ -58,7 +58,7 @@ VANE_ROUNDS = 3  # Gauss-Newton steps
 VANE_MOVED = 0.001
 MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its effects
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
-# a gap where the day is told; a free parameter where nobody told it
+# a gap where the day is stated; a free parameter where it is not
 DAY = "nonstandard_temperature"
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
 Curves = tuple[Mapping[str, float], ...]
@@ -206,7 +206,7 @@ def without_vane_errors(layout: Layout, angles: Mapping[str, float]) -> Layout:
 
 def hypotheses(aircraft: AircraftModel | None, setting: AnalysisSetting) -> Catalog[Effect]:
     """Return the effects of the table and, as a setting says, the terms of an aircraft's file."""
-    own = terms_beside(aircraft.baseline) if aircraft is not None and setting.terms else ()
+    own = additional_terms(aircraft.baseline) if aircraft is not None and setting.terms else ()
     return Catalog("effect", {**WHOLE_FLIGHT, **{term.name: term for term in own}})
 
 

@@ -41,13 +41,6 @@ from pitotbench.records.maneuver import CHANNELS, Maneuver
 from pitotbench.records.motion import Motion
 from pitotbench.units import DEGREE, Array
 
-# A maneuver is laid out as a log is, in instants five times as close, for a short period takes a
-# second or two. Its channels are forces and moments, its model the air alone (equation error: Klein
-# and Morelli 2006, Aircraft System Identification, ch. 5). What is free in each maneuver is a
-# constant of each channel: trim, loading and the zeros of the accelerometers. Where thrust was not
-# measured, the drag is left out. Nothing is known of flights without a gap, so that the floor is
-# what the model with all its terms leaves on parts of the maneuvers left out.
-
 INSTANT = 0.1  # s
 PAUSE = 60.0  # s between two maneuvers, which may be of different days
 CONSTANT = {**dict.fromkeys(FORCES, 3.0), **dict.fromkeys(MOMENTS, 0.5)}  # m/s², rad/s²
@@ -81,6 +74,13 @@ def lay_out_maneuvers(
     effects: Catalog[Effect] | None = None,
 ) -> Layout:
     """Lay out maneuvers of one airplane one after the other, as one log.
+
+    A maneuver is laid out as a log is, in instants five times as close, for a short period takes a
+    second or two. Its channels are forces and moments, its model the air alone (equation error:
+    Klein and Morelli 2006, Aircraft System Identification, ch. 5). What is free in each maneuver is
+    a constant of each channel: trim, loading and the zeros of the accelerometers. Where thrust was
+    not measured, the drag is left out. Nothing is known of flights without a gap, so that the floor
+    is what the model with all its terms leaves on parts of the maneuvers left out.
 
     `aircraft` answers with the forces of the air alone. `effects` are the hypotheses, by default
     all that the air shows. Raises ValueError without a maneuver.
@@ -204,9 +204,7 @@ def _free(
     )
 
 
-# The floor: fit and floor in turn until they stand.
-
-ROUNDS = 3
+ROUNDS = 3  # of fit and floor in turn
 TINY = 1e-12  # of a deviation, so that it can be divided by
 
 

@@ -44,14 +44,14 @@ from pitotbench.units import MINUTE
 FARTHEST = 1e-300  # smallest probability that is turned into a distance
 
 
-def is_apart(own: OwnSize) -> bool:
-    return own.apart is not None and own.apart > THRESHOLDS.contradicted_from
+def contradicts(own: OwnSize) -> bool:
+    return own.distance is not None and own.distance > THRESHOLDS.contradicted_from
 
 
 def flights_of(
     names: Sequence[str], fitted: Fitted, shown: Sequence[ShownFlight]
 ) -> tuple[JoinedFlight, ...]:
-    """What each flight says; of several, what it says alone and beside the others."""
+    """What each flight says; of several, what it says alone and with the others."""
     several, found = len(shown) > 1, []
     for number, (name, each) in enumerate(zip(names, shown, strict=True)):
         gaps, left = [*fitted.gaps], fitted.left
@@ -61,9 +61,9 @@ def flights_of(
             gaps, left = Regression([each.block]).fit()
             members = fitted.members or [gap.member for gap in gaps]
             lasting = [m for m in members if not is_term(m.name) and returns(m.name)]
-            rest = [i for i in range(len(shown)) if i != number]
+            other_numbers = [i for i in range(len(shown)) if i != number]
             mine = fitted.regression.shown_alone([number], lasting).widened()
-            theirs = fitted.regression.shown_alone(rest, lasting).widened()
+            theirs = fitted.regression.shown_alone(other_numbers, lasting).widened()
             own = tuple(_own_sizes(lasting, mine, theirs))
             shared = fitted.regression.shown_columns(each.block, fitted.members)
             left_out = _left_out(each.block, theirs, shared) if fitted.gaps else None
@@ -97,8 +97,10 @@ def holding(causes: dict[str, float]) -> tuple[str, ...]:
     """Return the causes of the smallest set that holds a gap, of causes with the most probable
     first.
     """
-    held = np.cumsum([*causes.values()])
-    return tuple(causes)[: 1 + int(np.searchsorted(held, THRESHOLDS.set_holds * held[-1]))]
+    cumulative = np.cumsum([*causes.values()])
+    return tuple(causes)[
+        : 1 + int(np.searchsorted(cumulative, THRESHOLDS.set_holds * cumulative[-1]))
+    ]
 
 
 def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None:
@@ -150,22 +152,22 @@ def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
     """Return a sentence for each effect that a flight contradicts, with the flight that does so
     most.
 
-    Two flights are equally far apart: the one that shows less of the effect is the one that
-    contradicts it.
+    Two flights differ equally from one another: the one that shows less of the effect is the one
+    that contradicts it.
     """
     lines = []
     for effect in dict.fromkeys(own.effect for flight in flights for own in flight.own_sizes):
         found = [
-            (own.apart or 0.0, -abs(own.size.value) / own.size.two_sigma, flight.log, own)
+            (own.distance or 0.0, -abs(own.size.value) / own.size.two_sigma, flight.log, own)
             for flight in flights
             for own in flight.own_sizes
             if own.effect == effect
         ]
-        apart, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
-        if is_apart(own):
+        distance, _, log, own = max(found, key=lambda row: (round(row[0], 6), row[1]))
+        if contradicts(own):
             size = f"{own.size.name} {own.size.value:.3g} ± {own.size.two_sigma:.2g}"
             lines.append(
-                f"{log} contradicts {effect}: it shows {size}, {apart:.1f}σ from the other flights"
+                f"{log} contradicts {effect}: it shows {size}, {distance:.1f}σ from the other flights"
             )
     return lines
 

@@ -75,9 +75,9 @@ def _sizes(effect: Candidate) -> dict[str, float]:
     is 0.
     """
     own = effect_of(effect.name)
-    held = {s.name: own.parameter(s.name).within(s.value) for s in effect.sizes}
+    limited = {s.name: own.parameter(s.name).within(s.value) for s in effect.sizes}
     stated = {p.name: 0.0 for p in own.parameters if not (p.shape or p.may_be_missing)}
-    return stated | {name: _rounded(value) for name, value in held.items()}
+    return stated | {name: _rounded(value) for name, value in limited.items()}
 
 
 def _shapes(name: str, shapes: Shapes) -> dict[str, float]:
@@ -97,7 +97,7 @@ def flights_to_fly(
     """Return the sentences of advice for a verdict of a kind.
 
     Each of `groups` holds the name of an effect that was found, then the names of those that fit
-    equally well. `flown` are the maneuvers of the logs: they did not tell these apart, so none of
+    equally well. `flown` are the maneuvers of the logs: they did not distinguish these, so none of
     them is advised for it.
     """
     if kind == "no_gap":
@@ -120,7 +120,8 @@ def maneuver_to_fly(groups: Sequence[Sequence[str]], flown: Sequence[str] = ()) 
 
 
 def _ways(names: Sequence[str], flown: Sequence[str]) -> list[tuple[tuple[str, ...], str]]:
-    """The ways of flying that show an effect or tell several apart: maneuvers and words of each."""
+    """The ways of flying that show an effect or distinguish several: maneuvers and words of
+    each."""
     shown_by = list(dict.fromkeys(FORMS[name].shows_in for name in names))
     if len(shown_by) == 1:
         return [(each.maneuvers, str(each)) for each in shown_by]

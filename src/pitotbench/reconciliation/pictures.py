@@ -86,22 +86,20 @@ def _moved(layout: Layout, fit: Fit) -> Array:
     return np.asarray(sum(each, np.zeros_like(layout.residuals.values)))
 
 
-# The data of the first picture of a reconciliation, and of its sentence on a calibration.
-
 # s: long enough to average the sensor noise, short enough for the phases of a maneuver
 AVERAGED = 4.0
 INSTANTS = 8  # the same, where they are close
 MARKED = 0.75  # quantile of the size of the gap from which a place is marked
 RESPONSE = 400  # instants after which an autoregression has forgotten an innovation
-FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
-SPEEDS = 25  # airspeeds at which the correction is told
+FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is reported
+SPEEDS = 25  # airspeeds at which the correction is reported
 TINY = 1e-30  # of a noise, so that it can be divided by
 DRAWN = (
     "airspeed",
     "bank",
     "altitude",
     "power",
-)  # variables over which the gap is drawn, beside acceleration
+)  # variables over which the gap is drawn, in addition to acceleration
 # Where a person looks for a gap of a part: its channels, of which the clearest is drawn. Of other
 # parts, any.
 _AIRSPEED = ("airspeed_along",)
@@ -151,7 +149,7 @@ def clearest_channel(block: Block, part: str, found: Sequence[Trace]) -> Telling
         unit=trace.unit,
         time=trace.time,
         gap=trace.gap,
-        rest=trace.gap - trace.explained,
+        unexplained=trace.gap - trace.explained,
         noise=noise[name],
         averaged=averaged,
         variable=variable,

@@ -19,8 +19,8 @@ from pitotbench.units import Array, Booleans
 
 AIR_DATA = numbers_from("air")
 PRESSURES = ("impact_pressure", "static_pressure")
-SLOW_BUS = 2.0  # rows between new pressures, from which a slower bus is told
-LISTED = 3  # outages of the GPS whose times are told
+SLOW_BUS = 2.0  # rows between new pressures, from which a slower bus is reported
+LISTED = 3  # outages of the GPS whose times are reported
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +38,12 @@ class CheckedLog:
 def check_log(log: FlightLog) -> CheckedLog:
     """Check a log for faults of its recording."""
     repeated = _repeats(log)
-    hold, held = _hold(log, repeated)
+    hold, repeats = _hold(log, repeated)
     step, stepped = _steps(log, repeated)
     ceiling, capped = _ceiling(log)
     return CheckedLog(
         (_clock(log), _gaps(log), hold, step, ceiling, _gps(log)),
-        (*held, *stepped, *capped),
+        (*repeats, *stepped, *capped),
         ~repeated,
     )
 
@@ -84,10 +84,10 @@ def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, .
     lengths = np.diff(np.flatnonzero(~repeated & ~out))
     typical = float(np.median(lengths))
     if typical > 1 and np.mean(np.abs(lengths - typical) <= 1) > THRESHOLDS.repeats_regular:
-        held = float(np.mean(lengths)) * period
-        why = f"air data are renewed every {held:.3g} s and held between"
+        hold_time = float(np.mean(lengths)) * period
+        why = f"air data are renewed every {hold_time:.3g} s and held between"
         return Check("repeated samples", "failed", why), (
-            _counted("sample_and_hold", Estimate("period_s", held, period)),
+            _counted("sample_and_hold", Estimate("period_s", hold_time, period)),
         )
     lost = repeated & ~out
     if not lost.any():
@@ -111,10 +111,10 @@ def _slow_bus(log: FlightLog) -> Check:
     does not rest.
     """
     new = np.flatnonzero(np.any([np.diff(getattr(log, name)) != 0.0 for name in PRESSURES], axis=0))
-    held = float(np.median(np.diff(new))) * interval(log.time) if len(new) > 1 else 0.0
-    if held < SLOW_BUS * interval(log.time):
+    hold_time = float(np.median(np.diff(new))) * interval(log.time) if len(new) > 1 else 0.0
+    if hold_time < SLOW_BUS * interval(log.time):
         return Check("repeated samples", "passed", "air data are new on every row")
-    why = f"the pressures are renewed every {held:.3g} s and held between; no row is lost"
+    why = f"the pressures are renewed every {hold_time:.3g} s and held between; no row is lost"
     return Check("repeated samples", "remark", why)
 
 
@@ -188,19 +188,19 @@ def _gps(log: FlightLog) -> Check:
     fresh = log.fresh_fixes()
     if fresh.all():
         return Check("GPS", "passed", "velocity is new on every row")
-    held = in_outage(log.time, log.renewed_fixes())
-    if held.any():
-        return Check("GPS", "failed", f"fixes {_outages(log, held)}")
+    outages = in_outage(log.time, log.renewed_fixes())
+    if outages.any():
+        return Check("GPS", "failed", f"fixes {_outages(log, outages)}")
     period = interval(log.time[fresh])
     return Check(
         "GPS", "passed", f"velocity is renewed every {period:.3g} s and interpolated between"
     )
 
 
-def _outages(log: FlightLog, held: Booleans) -> str:
+def _outages(log: FlightLog, outages: Booleans) -> str:
     """How long a sensor was silent in all, and when the first times began, in words."""
-    begins = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0) == 1)
-    lasted = float(np.sum(held)) * interval(log.time)
+    begins = np.flatnonzero(np.diff(outages.astype(np.int8), prepend=0) == 1)
+    lasted = float(np.sum(outages)) * interval(log.time)
     places = ", ".join(f"{log.time[row] - log.time[0]:.0f}" for row in begins[:LISTED])
     more = ", …" if len(begins) > LISTED else ""
     return f"stand still for {lasted:.1f} s in all, from {places}{more} s after the start: not used"

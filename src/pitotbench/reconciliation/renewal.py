@@ -37,8 +37,6 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.track import Track
 from pitotbench.units import Array, Seconds
 
-# Renew signatures at the size that was fitted, and at the time when the effect happened.
-
 EVENT_TRIALS = 14  # times over the log at which an event is tried first: one every 10 to 30 s
 # times the typical value of a shape that is not a time
 TRIAL_FACTORS = np.array([0.6, 0.8, 1.2, 1.4])
@@ -310,12 +308,7 @@ class Trials:
         return merit(equations_from(products[None], first, free.deviations).fit(range(k)))
 
 
-# Look for effects that act for a part of the flight: where in a log does each of them begin, and
-# end? Every effect is fitted from each of some times on and between each two of them. Only an
-# effect that so explains more than every effect does over the whole flight becomes a hypothesis;
-# its times are then refined.
-
-APART = 10.0  # s between the times that are tried; the whitening looks back by 6 s
+TIME_SPACING = 10.0  # s between the times that are tried; the whitening looks back by 6 s
 MOST_TIMES = 30  # of them: pairs grow with the square
 WIDEST = 4.0  # typical sizes: the widest prior deviation of a size
 PROMISING = 3  # effects that become hypotheses
@@ -335,7 +328,12 @@ class _Stretch:
 
 
 def with_parts_of_flight(layout: Layout, noise: NoiseModel) -> Layout:
-    """Return the layout with the signatures of promising effects that act for a part of the flight."""
+    """Return the layout with the signatures of promising effects that act for a part of the flight.
+
+    Every effect is fitted from each of some times on and between each two of them. Only an effect
+    that so explains more than every effect does over the whole flight becomes a hypothesis; its
+    times are then refined.
+    """
     timed = layout.signatures and not layout.setting.maneuvers
     found = _promising(layout, noise) if timed else []
     if not found:
@@ -353,7 +351,7 @@ def with_parts_of_flight(layout: Layout, noise: NoiseModel) -> Layout:
 
 def _refined(trials: Trials, found: _Stretch, start: Sequence[Signature]) -> list[Signature]:
     """The signatures of a form at its best times, in halved steps around those found."""
-    best, step = trials.at(found.form, start, found.shapes), 0.5 * APART
+    best, step = trials.at(found.form, start, found.shapes), 0.5 * TIME_SPACING
     for _ in range(HALVINGS):
         for name in found.shapes:
             for moved in (best.shapes[name] - step, best.shapes[name] + step):
@@ -414,8 +412,8 @@ class _Scan:
         columns = whiten(values)
         time = layout.track.time[grid.rows] - layout.track.time[0]
         # with a fix a second the whitening looks back by 12 s
-        apart = max(APART, (ORDER + 2) * grid.step)
-        count = int(np.clip((time[-1] - time[0]) / apart, 2, MOST_TIMES))
+        spacing = max(TIME_SPACING, (ORDER + 2) * grid.step)
+        count = int(np.clip((time[-1] - time[0]) / spacing, 2, MOST_TIMES))
         starts = np.searchsorted(time, time[0] + (time[-1] - time[0]) * np.arange(1, count) / count)
         self.starts: Indices = starts[np.diff(starts, append=len(time)) > ORDER]
         self.times: Seconds = time[self.starts]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.effects import EFFECTS, terms_beside
+from pitotbench.effects import EFFECTS, additional_terms
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import Baseline, Overlay, evaluate, properties_in
 from pitotbench.reconciliation.flight_path import flow_angles
@@ -20,8 +20,8 @@ from pitotbench.units import Array
 
 React = Callable[[Motion], Reaction]
 
-# The states that a wrong sensor shifts, with the step for the difference quotient: small beside a
-# maneuver.
+# The states that a wrong sensor shifts, with the step for the difference quotient: small compared
+# with a maneuver.
 VARIED: Mapping[str, float] = {
     "temperature_offset": 2.0,
     "mach": 0.002,
@@ -171,9 +171,6 @@ def answer(react: React, motion: Motion) -> Array:
     return np.stack([getattr(reaction, name) for name in REACTION_NAMES], axis=1)
 
 
-# The change of the reaction by added functions of force, from unit forces: no force meter is needed
-# for it.
-
 ADDING = (
     "DRAG",
     "SIDE",
@@ -198,7 +195,7 @@ def adds_forces(overlay: Overlay) -> bool:
 def properties_of_forces(baseline: Baseline) -> frozenset[str]:
     """Return the paths of the aircraft's properties that the functions of all effects read."""
     acting = [e for e in EFFECTS.values() if isinstance(e, AircraftEffect)]
-    acting += terms_beside(baseline)
+    acting += additional_terms(baseline)
     overlays = [overlay for effect in acting for overlay in effect.fitting(baseline)]
     read = (
         properties_in(function.value) - dict(overlay.sizes).keys()
@@ -212,6 +209,8 @@ def properties_of_forces(baseline: Baseline) -> frozenset[str]:
 def added_forces(overlay: Overlay, units: UnitForces) -> Array:
     """Return the change of the reaction by an overlay of functions, (m, 12). The engines do not
     answer to it.
+
+    It comes from unit forces: no force meter is needed for it.
     """
     properties: dict[str, Array | float] = {**units.properties, **dict(overlay.sizes)}
     changes = [

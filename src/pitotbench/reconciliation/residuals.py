@@ -35,10 +35,6 @@ from pitotbench.records.motion import CONTROLS, Motion, PatchErrors, Reaction, U
 from pitotbench.timeline import Indices
 from pitotbench.units import SYMBOLS, Array
 
-# Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground
-# velocity), force and moment, engine. Each channel is noise alone where sensors and model are true.
-# Wind and sensor biases are free parameters of the regression.
-
 MOMENTS, ENGINES = REACTION_NAMES[3:6], REACTION_NAMES[6:]
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
 TIMING = 0.1  # s, one step of the replay: by so much the model may be early or late
@@ -135,6 +131,10 @@ def channel_residuals(
 ) -> ChannelResiduals:
     """Return all residual channels that a track allows; with a model also forces, moments and
     engines.
+
+    Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground
+    velocity), force and moment, engine. Each channel is noise alone where sensors and model are
+    true. Wind and sensor biases are free parameters of the regression.
 
     The answer of a model that was moved along another track is shifted to this state, to first
     order. `known` is another track with its residuals on the same grid, frame and model: what reads
@@ -305,10 +305,6 @@ def _mean_answer(track: Track, grid: Grid, rows: Indices, values: Array) -> Arra
     return grid.mean_between(np.interp(np.arange(len(track.time)), rows, values))
 
 
-# The reference state of a log: the clean track, its residuals, and the force meter where there is
-# an aircraft model. All that depends on a hypothesis starts here: signatures of effects and columns
-# of free parameters are changes of its residuals.
-
 # The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
 ReactWith = Callable[[Motion, Overlay, bool], Reaction]
 # The changes by unit forces: a motion, and the paths of properties to record.
@@ -391,6 +387,9 @@ class ForceModel:
 @dataclass(frozen=True, slots=True)
 class ReferenceState:
     """The data from which signatures and free parameters are computed.
+
+    All that depends on a hypothesis starts here: signatures of effects and columns of free
+    parameters are changes of its residuals.
 
     `base` are the residuals of the clean track. `force_model` is None where sensors alone are
     judged.

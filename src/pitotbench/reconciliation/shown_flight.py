@@ -41,7 +41,7 @@ from pitotbench.records.verdict import (
 @dataclass(frozen=True, slots=True)
 class ShownFlight:
     """What one flight shows: the gaps as a fit of it and what they close, what was counted, other
-    gusts than those of the card, and the channels that wander or have a line beside.
+    gusts than those of the card, and the channels that wander or have a line.
 
     `outweighs`: these are larger than a share of what the gaps explain.
     """
@@ -75,11 +75,13 @@ def show_flight(block: Block, fitted: Fitted) -> ShownFlight:
         wander = () if gusts else wandering_channels(explained, layout, null, by)
         return (*wander, *periodic_channels(explained, null, by))
 
-    counted, beside = layout.checked.effects, unexplained(fit.gain)
+    counted, unexplained_places = layout.checked.effects, unexplained(fit.gain)
     larger = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * fit.gain
-    outweighs = bool(beside) and not counted and (not fit.columns or bool(unexplained(larger)))
+    outweighs = (
+        bool(unexplained_places) and not counted and (not fit.columns or bool(unexplained(larger)))
+    )
     closure = closure_of(block.equations, fit.columns, fit.sizes.tolist(), layout.examined)
-    return ShownFlight(block, fit, closure, (*counted, *gusts), beside, outweighs)
+    return ShownFlight(block, fit, closure, (*counted, *gusts), unexplained_places, outweighs)
 
 
 def largest_gap(shown: Sequence[ShownFlight]) -> ShownFlight:
@@ -179,10 +181,10 @@ def notes_of(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> 
     unseen = [n for n in hidden if n not in lacking]
     if unseen:
         seen = {e.part for n, e in plain.items() if n not in unseen}
-        told = dict.fromkeys(
+        named = dict.fromkeys(
             n if plain[n].part in seen else f"all of {plain[n].part}" for n in unseen
         )
-        yield "cannot be seen in the channels of this log: " + ", ".join(told)
+        yield "cannot be seen in the channels of this log: " + ", ".join(named)
     causes = [cause_of(found.member.name) for found in known]
     for other, effect in FITTED.items():
         if effect.one_model_with in causes:

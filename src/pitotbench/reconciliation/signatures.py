@@ -38,10 +38,6 @@ from pitotbench.reconciliation.residuals import ReferenceState, change_by_answer
 from pitotbench.reconciliation.track import Track, mach_number
 from pitotbench.units import Array
 
-# A signature is the residuals with the effect less those without it, computed by the effect's code
-# itself. An effect on the sensors acts on the clean track, an effect in the air adds its wind, and
-# an effect on the aircraft changes the reaction of the force meter.
-
 OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not change an engine
 THROTTLES = frozenset(("throttle_left", "throttle_right"))
 THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
@@ -51,6 +47,10 @@ Key = tuple[str, str]  # a size: the effect and its parameter
 @dataclass(frozen=True, slots=True)
 class Signature:
     """The change of the residuals by one unit of a parameter, `column` (n, c).
+
+    It is the residuals with the effect less those without it, computed by the effect's code itself.
+    An effect on the sensors acts on the clean track, an effect in the air adds its wind, and an
+    effect on the aircraft changes the reaction of the force meter.
 
     It is the change by `size` units, divided by `size`, because effects are not quite linear.
     `shapes` holds the shapes of the effect that are not typical.
@@ -261,9 +261,6 @@ def _in_split(reference: ReferenceState, split: float) -> Array | None:
     return moved
 
 
-# The table of effects as hypotheses: which are fitted, which are counted, and which are forms of
-# one cause.
-
 # Effects on recorded samples (repeats, steps, ceilings) are counted in the log checks and not
 # fitted.
 COUNTED = tuple(
@@ -282,7 +279,7 @@ WHOLE_FLIGHT: Catalog[Effect] = Catalog(
     "effect", {n: form for n, form in FITTED.items() if not form.part_of}
 )
 
-# Told by the level of the gusts, beside the effects that are fitted.
+# Found by the level of the gusts, in addition to the effects that are fitted.
 GUSTS = ("turbulence_level", "turbulence_scale")
 
 EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its time in the flight

@@ -114,12 +114,12 @@ def outside_temperature(track: Track, mach: Array) -> Kelvin:
 
 def _observed(log: FlightLog, fresh_air: Booleans | None) -> list[slice]:
     """The rows of each stretch in which GPS and air data are new often enough."""
-    held = in_outage(log.time, log.renewed_fixes())
+    in_outages = in_outage(log.time, log.renewed_fixes())
     if fresh_air is not None:
-        held = held | in_outage(log.time, fresh_air)
-    changes = np.flatnonzero(np.diff(held.astype(np.int8))) + 1
+        in_outages = in_outages | in_outage(log.time, fresh_air)
+    changes = np.flatnonzero(np.diff(in_outages.astype(np.int8))) + 1
     parts = stretches(log.time, np.union1d(pauses(log.time), changes))
-    return [rows for rows in parts if not held[rows.start]]
+    return [rows for rows in parts if not in_outages[rows.start]]
 
 
 def _long_enough(time: Seconds) -> bool:

@@ -17,9 +17,9 @@ from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.other_flights import (
     contradictions,
+    contradicts,
     flights_of,
     holding,
-    is_apart,
 )
 from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.regression import (
@@ -99,24 +99,24 @@ def judge(
     if any(each.unexplained for each in shown):  # what no cell shows may follow a formula
         fitted = with_terms(fitted)
         shown, flights = _all_flights(names, fitted)
-    refused = {own.effect for each in flights for own in each.own_sizes if is_apart(own)}
-    told = contradictions(flights)
+    refused = {own.effect for each in flights for own in each.own_sizes if contradicts(own)}
+    notes = contradictions(flights)
     if fitted.gaps and fitted.gaps[0].member.name in refused:
-        refused, told = set(), []  # of the largest gap: an objection tells it
+        refused, notes = set(), []  # of the largest gap: an objection tells it
     refused |= set(_impossible(fitted))
     if refused:  # what flights do not share, or what cannot be, is no gap of them all
         fitted = fitted_by(fitted.regression, refused)
         shown, flights = _all_flights(names, fitted)
-    held = held_out(fitted) if held_out is not None and fitted.gaps else None
-    objections = list(_objections(fitted, shown, flights, held))
+    holdout_closure = held_out(fitted) if held_out is not None and fitted.gaps else None
+    objections = list(_objections(fitted, shown, flights, holdout_closure))
     verdict = _answer(fitted, shown, objections)
     groups = [tuple(c.name for c in gap.causes) for gap in verdict.explained]
     return Judged(
         replace(
             verdict,
             advice=flights_to_fly(verdict.kind, groups, maneuvers),
-            closure_holdout=held,
-            notes=(*verdict.notes, *told),
+            closure_holdout=holdout_closure,
+            notes=(*verdict.notes, *notes),
             checks=tuple(
                 replace(check, name=f"{check.name}, {name}" if len(names) > 1 else check.name)
                 for name, each in zip(names, shown, strict=True)
@@ -148,7 +148,7 @@ def _objections(
     fitted: Fitted,
     shown: Sequence[ShownFlight],
     flights: Sequence[JoinedFlight],
-    held: Closure | None,
+    holdout_closure: Closure | None,
 ) -> Iterable[Objection]:
     """What speaks against the names: flights left out, contradictions, a held-out log, and too
     little that is closed.
@@ -166,14 +166,14 @@ def _objections(
             )
     for line in contradictions(flights):
         yield Objection(line, withdraws=True)
-    if held is not None and not closes(held):
-        share = max(0.0, held.share)
+    if holdout_closure is not None and not closes(holdout_closure):
+        share = max(0.0, holdout_closure.share)
         yield Objection(f"only {share:.0%} of the gap of the held-out log is closed", alone)
     closed, names = joined_closure(each.closure for each in shown), [m.name for m in fitted.members]
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     if names and closed.share < THRESHOLDS.closure_lowest and not by_chance:
-        told = f"{', '.join(names)} comes closest, but closes only {max(0.0, closed.share):.0%}"
-        yield Objection(f"{told} of the gap", withdraws=alone)
+        notes = f"{', '.join(names)} comes closest, but closes only {max(0.0, closed.share):.0%}"
+        yield Objection(f"{notes} of the gap", withdraws=alone)
 
 
 def _answer(
@@ -211,8 +211,8 @@ def _answer(
     if kind == "named" and not all(gap.named for gap in (*certain, *gaps)):
         kind = "one_of"
     if withdrawn and doubts:
-        told = ", ".join(m.name for m in fitted.members)
-        doubts = (*doubts, f"the name {told} is withdrawn")
+        notes = ", ".join(m.name for m in fitted.members)
+        doubts = (*doubts, f"the name {notes} is withdrawn")
     remains = kind in SURE and (shows_more or bool(unexplained) or len(known) < len(fitted.gaps))
     given = main.fit.columns if remains else ()
     located = [place for each in shown for place in each.located(given if each is main else ())]
@@ -271,8 +271,10 @@ def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float) -> Gap:
     """
     closure = main.closure
     given = [m for m in fitted.members if m is not found.member]
-    own, beside = (fitted.regression.shown_columns(main.block, m) for m in ([found.member], given))
-    gain = main.block.equations.fit(own, beside).gain if own else 0.0
+    own, other_columns = (
+        fitted.regression.shown_columns(main.block, m) for m in ([found.member], given)
+    )
+    gain = main.block.equations.fit(own, other_columns).gain if own else 0.0
     closed = gain / max(closure.before - closure.noise, gain, 1.0)
     ranked = list(found.causes)
     if is_term(found.member.name):
@@ -308,12 +310,12 @@ def _form(found: Found, cause: str) -> str:
 def _candidate(
     fitted: Fitted, main: ShownFlight, found: Found, name: str, probability: float
 ) -> Candidate:
-    """A hypothesis in the place of a gap, at its sizes beside the other gaps."""
+    """A hypothesis in the place of a gap, at its sizes given the other gaps."""
     block, regression = main.block, fitted.regression
     others = [m for m in fitted.members if m is not found.member]
     own = regression.shown_columns(block, [Member(name, (), np.zeros(0))])
-    beside = regression.shown_columns(block, others)
-    fit = block.equations.fit(own, beside)
+    other_columns = regression.shown_columns(block, others)
+    fit = block.equations.fit(own, other_columns)
     if name == found.member.name:
         keys = [block.keys[c] for c in own] or keys_of(name, regression.keys)
         shared = fitted.sizes.among(keys)
@@ -340,12 +342,20 @@ def _certain(shown: Sequence[ShownFlight]) -> list[Gap]:
     """Gaps without a posterior: faults that were counted, and the level of the turbulence."""
     found = {c.name: c for each in shown for c in each.certain}
     return [
-        Gap(effect_of(c.name).part, 1.0, (c, *_beside(c)), not _beside(c), True, 0.0, 0.0)
+        Gap(
+            effect_of(c.name).part,
+            1.0,
+            (c, *_gusts_of_another_scale(c)),
+            not _gusts_of_another_scale(c),
+            True,
+            0.0,
+            0.0,
+        )
         for c in found.values()
     ]
 
 
-def _beside(each: Candidate) -> tuple[Candidate, ...]:
+def _gusts_of_another_scale(each: Candidate) -> tuple[Candidate, ...]:
     """Gusts of another level may be of another scale."""
     other = each.name == "turbulence_level"
     return (Candidate("turbulence_scale", (), each.score, 0.0),) if other else ()

@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-# The two errors of the bench. Each message states the rule and what to do.
-
-
 class BadInputError(ValueError):
     """The input cannot be used. The command line ends with exit code 2."""
 
@@ -38,7 +35,7 @@ class UndeterminedError(NoAnswerError):
 
 
 def error_words(error: BaseException) -> str:
-    """Return what a person is told of an error: its message, where it is one of ours."""
+    """Return the words of an error for a person: its message, where it is one of ours."""
     from numpy.linalg import LinAlgError  # NumPy takes longer to load than all the rest
 
     match error:
@@ -76,15 +73,15 @@ USUAL_ACCURACIES: dict[str, float] = {
 SEARCH_FLIGHTS = 40  # by which `plan` improves the best card
 
 
-# How a record shows itself in a notebook: as a line, as HTML, as a picture and as a table. The
-# records know nothing of drawing. `show.notebook` holds the views; it is loaded when a view is
-# first asked for.
-
 _VIEWS = "pitotbench.show.notebook"  # by name, as the table of commands names its modules
 
 
 class Shown:
-    """A record that a notebook shows."""
+    """A record that a notebook shows.
+
+    As a line, as HTML, as a picture and as a table. The records know nothing of drawing:
+    `show.notebook` holds the views, and is loaded when a view is first asked for.
+    """
 
     __slots__ = ()
 
@@ -106,9 +103,6 @@ class Shown:
 def views() -> Any:
     """Return the module that shows and writes records."""
     return import_module(_VIEWS)
-
-
-# Checks for records with arrays: all arrays have one length and become read-only.
 
 
 class RecordError(BadInputError):

@@ -80,10 +80,6 @@ class OneSided:
     end: float
 
 
-# The result of a fixed-speed GPS method at one airspeed of a log: a point to compare with the
-# curve.
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedSpeedPoint:
     """One airspeed, one wind [m/s], from legs or a turn at constant airspeed.
@@ -202,7 +198,7 @@ class Share:
 
     `curve` is its root mean square over the curve, `wind` that on the larger wind component. Where
     the constant is known, the square of the bound falls by its square. Parts of constants that the
-    log hardly tells apart overlap. `estimate` is the constant as the log determines it.
+    log hardly distinguishes overlap. `estimate` is the constant as the log determines it.
     """
 
     name: str
@@ -244,16 +240,13 @@ class Residuals:
         freeze_arrays(self, len(self.time), "used")
 
 
-# What a fit finds beside the curve and the wind. The `key` of a field is its name in plain data,
-# with the unit.
-
-
 @dataclass(frozen=True, slots=True)
 class LatencyFound:
     """The latency of the GPS velocity that the log shows, its 2σ, and the part that was not taken
     out [s].
 
-    The 2σ is infinite where the log does not determine the latency.
+    The 2σ is infinite where the log does not determine the latency. The `key` of a field, here and
+    below, is its name in plain data, with the unit.
     """
 
     value: float = field(metadata={"key": "latency_s"})
@@ -311,7 +304,8 @@ class HeightFound:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostics:
-    """What a fit found beside the curve and the wind; None or empty for what was not looked for.
+    """What a fit found in addition to the curve and the wind; None or empty for what was not looked
+    for.
 
     `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty
     rows of the log. `height_agreement` is the probability that wind triangle and height differ
@@ -344,9 +338,6 @@ class Scale:
     units: tuple[str, ...] = ()
 
 
-# What an autopilot computes its airspeed with.
-
-
 @dataclass(frozen=True, slots=True)
 class RecordedAutopilot:
     """The airspeed parameters that a log was flown with, by name, the wash of a propeller that it
@@ -354,7 +345,7 @@ class RecordedAutopilot:
 
     `wash`: by how much the indicated airspeed [m/s] reads higher at full power than at idle; its 2σ
     is infinite
-    where power follows airspeed, so that the log does not tell them apart. None where no power was
+    where power follows airspeed, so that the log does not distinguish them. None where no power was
     recorded.
     """
 
@@ -415,7 +406,7 @@ class Calibration(Shown):
     the fast airspeeds that were flown on one side of the compass only, at most one each.
     `log_start`: time of the first row of the file [s]. `autopilot`: the parameters in the log, None
     for another log.
-    `provenance`: the files and the choices behind the answer, where who asked for it told them.
+    `provenance`: the files and the choices behind the answer, where the caller stated them.
     """
 
     model: str
@@ -497,9 +488,6 @@ class Calibration(Shown):
         `px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0`.
         """
         return cast(AutopilotSettings, views().params(self, autopilot))
-
-
-# One flight of a log with its calibration.
 
 
 @dataclass(frozen=True, slots=True)

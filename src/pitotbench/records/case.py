@@ -12,17 +12,17 @@ from pitotbench.catalog import explain
 from pitotbench.records import Shown
 from pitotbench.units import DEGREE, FOOT, KNOT
 
-# The rates at which a flight is integrated: the usual one, and which others a case may ask for. A
-# flight at 40 Hz takes 0.4 of the time of one at 100 Hz. `python -m tests.simulation.rates`
-# measures the change.
-
 USUAL_RATE = 100.0  # Hz
 SLOWEST_RATE = 40.0  # Hz: at 20 Hz an autopilot loses a light airplane
 LOOKS = 10.0  # Hz: a card looks at its instruments once in a whole number of steps
 
 
 def possible_rates() -> tuple[float, ...]:
-    """Return the rates [Hz] at which a flight may be integrated, the slowest first."""
+    """Return the rates [Hz] at which a flight may be integrated, the slowest first.
+
+    A flight at 40 Hz takes 0.4 of the time of one at 100 Hz. `python -m tests.simulation.rates`
+    measures the change of the results.
+    """
     steps = range(round(SLOWEST_RATE / LOOKS), round(USUAL_RATE / LOOKS) + 1)
     return tuple(LOOKS * step for step in steps)
 
@@ -53,10 +53,6 @@ def rate_problem(rate: float, air_rate: float | None = None) -> str | None:
         f"integrate the flight at {fitting} Hz"
     )
 
-
-# A `Case` holds the truth (wind, pressure error, effects), so the calibrator must not import it.
-# Values are SI and radians; `metadata["suffix"]` names the unit in which a value is written to
-# TOML.
 
 TURBULENCE_SEVERITY = {"none": 0, "light": 1, "moderate": 2}  # Milspec severity index (MIL-F-8785C)
 ERROR_LOCATIONS = ("impact", "static", "total")
@@ -149,6 +145,9 @@ class EffectSpec:
 @dataclass(frozen=True, slots=True, repr=False)
 class Case(Shown):
     """One flight and its sensing. The same Case gives the same log, bit for bit.
+
+    It holds the truth (wind, pressure error, effects), so the calibrator must not import it. Values
+    are SI and radians; `metadata["suffix"]` names the unit in which a value is written to TOML.
 
     `card` overrides numbers of the maneuver's card; names end in a unit, for example `{"dwell_s":
     20.0}`.

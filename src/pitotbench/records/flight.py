@@ -50,9 +50,6 @@ class Flight:
         return len(self) * float(np.median(np.diff(self.channels["time"])))
 
 
-# The errors of a calibration of a simulated flight, whose truth is known.
-
-
 @dataclass(frozen=True, slots=True)
 class Score:
     """Errors against the truth, over the scored airspeed range.

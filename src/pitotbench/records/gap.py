@@ -1,5 +1,5 @@
-"""The gap of a reconciliation: its map, the part that each effect explains, the rest, and a formula
-for it.
+"""The gap of a reconciliation: its map, the part that each effect explains, what is unexplained,
+and a formula for it.
 """
 
 from dataclasses import dataclass, field
@@ -10,8 +10,6 @@ from pitotbench.records.forecast import BriefedLeg
 from pitotbench.records.verdict import Gap, JoinedFlight, Verdict
 from pitotbench.units import Array, Booleans
 
-# A formula that describes a gap which the table of effects does not explain.
-
 
 @dataclass(frozen=True, slots=True)
 class FormulaTerm:
@@ -19,7 +17,7 @@ class FormulaTerm:
 
     `effect` and `size` are the entry of a case file: the name of the formula's effect, and the
     coefficient with its bound, in the unit of its name. `quantity`, `symbol` and `unit` say what is
-    corrected, `term` what it follows. `significance` [σ] is that of the term beside the others.
+    corrected, `term` what it follows. `significance` [σ] is that of the term given the others.
     `alternatives` are other terms, in words, with which the log would be explained as well.
     """
 
@@ -36,11 +34,11 @@ class FormulaTerm:
 @dataclass(frozen=True, slots=True)
 class FoundFormula:
     """The formula of what no effect of the table explains: its terms, and the names of the effects
-    beside it.
+    that are fitted with it.
     """
 
     terms: tuple[FormulaTerm, ...]
-    beside: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +77,7 @@ class Trace:
 class TellingChannel:
     """The residual channel that shows the gap best, over time, over a variable and over the ground.
 
-    `gap` and `rest`, (n,), are measured minus simulated [`unit`] without and with the named
+    `gap` and `unexplained`, (n,), are measured minus simulated [`unit`] without and with the named
     effects, at `time` [s]. `noise` is the standard deviation, between flights without an effect, of
     a mean over `averaged` seconds. `variable` is a variable of the flight and `values`, (n,), holds
     it in SI units (time in s). `north` and `east` [m], (n,), are the ground track; `marked`, (n,),
@@ -92,7 +90,7 @@ class TellingChannel:
     unit: str
     time: Array
     gap: Array
-    rest: Array
+    unexplained: Array
     noise: float
     averaged: float
     variable: str
@@ -208,18 +206,18 @@ class Closing:
 
     `closed` is the share of the explainable gap that its patch closes in parts of the logs left
     out, after each round. `patched` are the gaps that were patched, with the sizes of all rounds
-    and what they close of the first gap; `told` are those that the logs show beside the patched
-    airplane: of sensors and the air, of a part of a flight, or too small. `coefficients` are
-    those of the model's file that were patched. `verdict` is the answer with the
-    patched airplane, `cut` the sizes that were patched at the end of their range, in
-    sentences, `closure_holdout` the share that the patch closes of the held-out log. Without
-    a round the airplane is not written.
+    and what they close of the first gap; `reported` are those that the logs show in addition to the
+    patched airplane: of sensors and the air, of a part of a flight, or too small. `coefficients`
+    are those of the model's file that were patched. `verdict` is the answer with the patched
+    airplane, `cut` the sizes that were patched at the end of their range, in sentences,
+    `closure_holdout` the share that the patch closes of the held-out log. Without a round the
+    airplane is not written.
     """
 
     aircraft: str
     closed: tuple[float, ...]
     patched: tuple[Gap, ...]
-    told: tuple[Gap, ...]
+    reported: tuple[Gap, ...]
     coefficients: tuple[Coefficient, ...]
     verdict: Verdict
     cut: tuple[str, ...] = ()
@@ -227,8 +225,8 @@ class Closing:
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
-        """The rows of its table: the gaps that were patched, then those that are told."""
-        return (*self.patched, *self.told)
+        """The rows of its table: the gaps that were patched, then those that are reported."""
+        return (*self.patched, *self.reported)
 
 
 @dataclass(frozen=True, slots=True, repr=False)

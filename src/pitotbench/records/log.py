@@ -14,8 +14,6 @@ from pitotbench.records import RecordError, Shown, freeze_arrays
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import KNOT, Array, Booleans
 
-# A warning, to which the finding behind it is attached.
-
 
 class Caution(str):
     """A warning: its text, and what a later step needs to find it again and to reword or withdraw
@@ -116,11 +114,8 @@ class FlightLog(Shown, Recorded):
         return len(self.time)
 
 
-# What a log holds and what can be learned from it, before anything is calibrated.
-
-
 @dataclass(frozen=True, slots=True)
-class HeldChannel:
+class ChannelSummary:
     """A channel of a log: its name, its canonical unit, its 5 % and 95 % quantiles in that unit,
     and how many times a second it is renewed [Hz]; the numbers are None for texts and flags."""
 
@@ -155,7 +150,7 @@ class LogInspection(Shown):
 
     rows: int
     rate: float
-    channels: tuple[HeldChannel, ...]
+    channels: tuple[ChannelSummary, ...]
     flights: tuple[tuple[float, float], ...]
     pauses: tuple[tuple[float, float], ...]
     headings: int
@@ -168,9 +163,6 @@ class LogInspection(Shown):
     wind_drifts: bool
     model: str
     warnings: tuple[Caution, ...]
-
-
-# What an answer was made from and with, for a record that is filed.
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,7 +212,7 @@ class Provenance:
 
 
 @dataclass(frozen=True, slots=True)
-class HeldFlight:
+class FlightSummary:
     """A flight of a folder: its file, and the file's refusal, empty for one that was read. Then its
     moment as the log states it, its airplane, its length [s] and the 5 % and 95 % quantiles of its
     indicated airspeed [m/s]. `strange`: it was not read for its names, which a mapping can tell.
@@ -238,10 +230,10 @@ class HeldFlight:
         if self.refusal:
             return f"{self.file}: not read: {self.refusal}"
         low, high = (speed / KNOT for speed in self.airspeeds)
-        told = [
+        facts = [
             self.start,
             self.airplane,
             f"{self.seconds / 60.0:.0f} min",
             f"{low:.0f} to {high:.0f} KIAS",
         ]
-        return f"{self.file}: {', '.join(filter(None, told))}"
+        return f"{self.file}: {', '.join(filter(None, facts))}"

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from pitotbench.records import freeze_arrays
 from pitotbench.units import Array, Pascal, Radians, Seconds
 
-# What a log must hold to move a model along it, beside air data and GPS: the states, and the controls
-# that the airplane has. The angles of the flow and the mass can be found without a channel.
+# What a log must hold to move a model along it, in addition to air data and GPS: the states, and
+# the controls that the airplane has. The angles of the flow and the mass can be found without a
+# channel.
 STATES = ("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "specific_force_x")
 CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
 

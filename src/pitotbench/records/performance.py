@@ -1,4 +1,4 @@
-"""The performance of a model in steady flight, beside a handbook."""
+"""The performance of a model in steady flight, compared with a handbook."""
 
 from dataclasses import dataclass
 

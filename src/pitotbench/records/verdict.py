@@ -109,12 +109,12 @@ class FreeSize:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """One of the gaps of an answer, each beside all others.
+    """One of the gaps of an answer, each fitted with all others.
 
     `part` is what a mechanic looks at, with its `probability`; empty for a formula. `causes` are
     those of the smallest set that holds the gap, the most probable first, and a single one where it
     is `named`. `part_named` says whether the part is. `closes` is the share of the explainable gap
-    of the log with the largest gap that this one explains beside the others, `closes_held_out` that
+    of the log with the largest gap that this one explains given the others, `closes_held_out` that
     in parts of the logs to which its size was not fitted.
     """
 
@@ -136,7 +136,7 @@ class Verdict:
     of the table, without a gap that the log shows as well; the causes may act together, so they do
     not sum to 1.
     `log_bayes_factor` is the logarithm of the Bayes factor of the largest gap against none.
-    `remains` says whether something significant is left beside the gaps. `doubts` are the checks
+    `remains` says whether something significant is left after the gaps. `doubts` are the checks
     that speak against them. `free` are unknowns of the logs far beyond their priors.
     """
 
@@ -158,7 +158,7 @@ class Verdict:
 
     @property
     def explained(self) -> tuple[Gap, ...]:
-        """The gaps with causes of the table; none where no cause is told."""
+        """The gaps with causes of the table; none where no cause is reported."""
         return tuple(gap for gap in self.gaps if gap.part) if self.kind in SURE else ()
 
     @property
@@ -173,7 +173,7 @@ class Verdict:
 
     @property
     def parts(self) -> dict[str, float]:
-        """The probability of each part that is told, the most probable first."""
+        """The probability of each reported part, the most probable first."""
         found: dict[str, float] = {}
         for gap in self.gaps:
             if gap.part:
@@ -186,21 +186,17 @@ class Verdict:
         return tuple(dict.fromkeys(gap.part for gap in self.explained if gap.part_named))
 
 
-# One flight of several that were reconciled together: what it says alone, and how it agrees with
-# the others.
-
-
 @dataclass(frozen=True, slots=True)
 class OwnSize:
-    """The size of an effect that one flight shows by itself; `apart` [σ] is its distance from that
+    """The size of an effect that one flight shows by itself; `distance` [σ] is that from the size
     of the others.
 
-    `apart` is None where no other flight shows the effect.
+    `distance` is None where no other flight shows the effect.
     """
 
     effect: str
     size: Estimate
-    apart: float | None
+    distance: float | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -260,7 +260,7 @@ TRUTH_FIELDS = (
     "wind",
     "effects",
 )  # of a Case: what the calibrator is to find, so not in a log
-# The simulated sensors have noise, resolution and effects, but no constant error beside those: 2σ
+# The simulated sensors have noise, resolution and effects, but no other constant error: 2σ
 # of each.
 EXACT = {
     "temperature_k": 0.0,

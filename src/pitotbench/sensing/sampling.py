@@ -90,12 +90,6 @@ def has_velocity_down(das: DataSystem) -> bool:
     return das.vertical_velocity == "recorded"
 
 
-# Find the instants at which a data system samples a flight, and the truth at those instants. A
-# flight is one or more stretches without gaps, because the set-up between speeds is not recorded.
-# In each stretch the recorder starts anew: rows at start + k/air rate, fixes at start + j/GPS rate.
-# Instants between two samples of the flight are interpolated linearly, so the rates need not divide
-# one another. A latency may ask for an instant before a stretch: there its first sample is used.
-
 Indices = NDArray[np.intp]
 
 _SLACK = 1e-6  # samples: instants this close to a sample are on it
@@ -152,6 +146,12 @@ def schedule(
 ) -> Schedule:
     """Return when a system of these rates [Hz] and latencies [s] samples a flight of these times
     [s].
+
+    A flight is one or more stretches without gaps, because the set-up between speeds is not
+    recorded. In each stretch the recorder starts anew: rows at start + k/air rate, fixes at start +
+    j/GPS rate. Instants between two samples of the flight are interpolated linearly, so the rates
+    need not divide one another. A latency may ask for an instant before a stretch: there its first
+    sample is used.
     """
     rate = flight_rate(time)
     parts = [_Stretch(rows.start, rows.stop - 1, rate) for rows in stretches(time, gaps(time))]

@@ -127,14 +127,14 @@ def flight_lines(flight: CalibratedFlight) -> list[str]:
     """Which flight of its log a calibration is of, and with how many it shares the curve, in at
     most one line.
     """
-    told = []
+    sentences = []
     if flight.count > 1:
         times = flight.log.time[[0, -1]] - flight.log.start
         begin, end = map(minutes_text, times)
-        told.append(f"flight {flight.number} of {flight.count} in the log, {begin} to {end}")
+        sentences.append(f"flight {flight.number} of {flight.count} in the log, {begin} to {end}")
     if flight.joined > 1:
-        told.append(f"one curve from {flight.joined} flights, the wind of this one")
-    return ["; ".join(told)] if told else []
+        sentences.append(f"one curve from {flight.joined} flights, the wind of this one")
+    return ["; ".join(sentences)] if sentences else []
 
 
 _ASSUMED = (
@@ -160,7 +160,7 @@ def headline(result: Calibration) -> list[str]:
     fatal = [each.words for each in result.disagreements if each.fatal]
     others = [each.words.partition(". ")[0] for each in result.disagreements if not each.fatal]
     lines = [("Do not use this answer", fatal), ("Two findings of this log disagree", others)]
-    return [f"{lead}: {'; '.join(told)}." for lead, told in lines if told]
+    return [f"{lead}: {'; '.join(sentences)}." for lead, sentences in lines if sentences]
 
 
 def doubts_of(result: Calibration) -> list[str]:
@@ -172,8 +172,10 @@ def doubts_of(result: Calibration) -> list[str]:
         for w in result.warnings
         if is_doubt(w)
     ]
-    told = [*headline(result), *warnings, *doubts_of_curve(result.curve)]
-    return [f"{told[0]}{_one_sided_words(result.one_sided)}", *told[1:]] if told else []
+    sentences = [*headline(result), *warnings, *doubts_of_curve(result.curve)]
+    return (
+        [f"{sentences[0]}{_one_sided_words(result.one_sided)}", *sentences[1:]] if sentences else []
+    )
 
 
 def _one_sided_words(found: Sequence[OneSided]) -> str:
@@ -182,8 +184,10 @@ def _one_sided_words(found: Sequence[OneSided]) -> str:
         f"{each.high / KNOT:.0f} KIAS"
         for each in found
     ]
-    told = f" Only these tracks were flown: {'; '.join(flown)}. Fly the opposite tracks as well."
-    return told if found else ""
+    sentences = (
+        f" Only these tracks were flown: {'; '.join(flown)}. Fly the opposite tracks as well."
+    )
+    return sentences if found else ""
 
 
 def doubts_of_curve(curve: ErrorCurve) -> list[str]:

@@ -80,7 +80,7 @@ def calibration_tree(
     answer, curve, doubts = short_answer_of(result, subject), result.curve, doubts_of(result)
     first = [Doubt(text, first=True) for text in doubts[:1]]
     pictures = Figure("pitotbench.show.flights.flight_panels", flown)
-    told: list[Node] = [
+    shown: list[Node] = [
         Sentence(answer.correction_sentence),
         Sentence(answer.wind_sentence),
         *(Sentence(handbook_sentence(curve, each)) for each in curve.published),
@@ -92,7 +92,7 @@ def calibration_tree(
         ": ".join(filter(None, (subject, flight))),
         (
             # What is not to be used says so before it says anything else.
-            *([*told, *first] if result.usable else [*first, *told]),
+            *([*shown, *first] if result.usable else [*first, *shown]),
             *([] if settings is None else [_settings(settings)]),
             Table(GLANCE_COLUMNS, glance_points(curve)),
             Download(
@@ -171,12 +171,12 @@ def _conditions(result: Calibration) -> Iterator[str]:
     """
     if result.left_out:
         start, more = result.log_start, len(result.parts) - _MOST_PARTS
-        told = [
+        shown = [
             f"{minutes_text(begin - start)} to {minutes_text(end - start)}"
             for begin, end in result.parts[:_MOST_PARTS]
         ]
         yield (
-            f"used: {', '.join(told)}{f' and {more} more parts' if more > 0 else ''} (minutes of "
+            f"used: {', '.join(shown)}{f' and {more} more parts' if more > 0 else ''} (minutes of "
             f"the log); left out: {', '.join(result.left_out)}"
         )
     unseen = ", assumed (without a height by GPS the log does not show it)" * result.place_assumed
@@ -198,13 +198,13 @@ _STATED_BY = {"header": "stated by the log"}  # any other in its own word
 
 def _assumptions(result: Calibration) -> Iterator[str]:
     """The accuracies on which the bounds depend, and the zero offset that is corrected."""
-    told = [(*_ASSUMED[a.name], a, _STATED_BY.get(a.source, a.source)) for a in result.assumptions]
+    shown = [(*_ASSUMED[a.name], a, _STATED_BY.get(a.source, a.source)) for a in result.assumptions]
     parts = [
         f"{name} ±{with_unit(f'{a.two_sigma:g}', unit)} ({source})"
-        for name, unit, a, source in told
+        for name, unit, a, source in shown
         if a.two_sigma > 0.0
     ]
-    exact = [(name, source) for name, _, a, source in told if not a.two_sigma > 0.0]
+    exact = [(name, source) for name, _, a, source in shown if not a.two_sigma > 0.0]
     if exact:
         names, sources = (", ".join(dict.fromkeys(each)) for each in zip(*exact, strict=True))
         parts.append(f"no constant error of {names} ({sources})")

@@ -14,13 +14,13 @@ def change_words(term: TermChange) -> str:
     """Return what changed in a term: `lift slope 3.9 → 4.8 per rad (+23 %)`."""
     if term.old is None and term.new is None:
         return term.name if term.name == term.part else f"{term.name} ({term.part})"
-    told = [f"{value:.4g}" if value is not None else "none" for value in (term.old, term.new)]
+    values = [f"{value:.4g}" if value is not None else "none" for value in (term.old, term.new)]
     share = (
         ""
         if term.old in (None, 0.0) or term.new is None
         else f" ({100.0 * (term.new / term.old - 1.0):+.3g} %)"
     )
-    return f"{term.name} {told[0]} → {told[1]} {term.unit}".rstrip() + share
+    return f"{term.name} {values[0]} → {values[1]} {term.unit}".rstrip() + share
 
 
 def comparison_sentences(found: ModelComparison) -> list[str]:

@@ -52,9 +52,9 @@ def compare_curves(first: str, one: ErrorCurve, second: str, other: ErrorCurve) 
     every = np.union1d(one.indicated_airspeed, other.indicated_airspeed)
     speed = every[(every >= low) & (every <= high)]
     if len(speed) < _FEWEST_COMMON:
-        told = " and ".join(f"{a / KNOT:.0f} to {b / KNOT:.0f} KIAS" for a, b in spans)
+        sentences = " and ".join(f"{a / KNOT:.0f} to {b / KNOT:.0f} KIAS" for a, b in spans)
         raise BadInputError(
-            f"the curves have no airspeeds in common ({told}): fly the same range with both"
+            f"the curves have no airspeeds in common ({sentences}): fly the same range with both"
         )
 
     def at(curve: ErrorCurve, values: Array) -> Array:
@@ -85,7 +85,7 @@ def difference_sentence(found: CurveDifference) -> str:
             f"difference shows, and at {speed[at]:.0f} KIAS one of ±{bound[at]:.1f} kt (2σ) would."
         )
     clear = np.abs(value) > bound
-    told = [
+    sentences = [
         f"{abs(value[at]):.1f} ± {bound[at]:.1f} kt {word} at {speed[at]:.0f} KIAS"
         for side, word in ((1.0, "lower"), (-1.0, "higher"))
         for rows in [np.flatnonzero(clear & (side * value > 0.0))]
@@ -94,8 +94,10 @@ def difference_sentence(found: CurveDifference) -> str:
     known = np.flatnonzero(clear)
     ends = [f"below {speed[known[0]]:.0f}"] if known[0] > 0 else []
     ends += [f"above {speed[known[-1]]:.0f}"] if known[-1] < len(speed) - 1 else []
-    rest = f"; no difference {' or '.join(ends)}" if ends else ""
-    return f"{found.second} reads {' and '.join(told)} than {found.first}{rest} (± is 2σ)."
+    elsewhere = f"; no difference {' or '.join(ends)}" if ends else ""
+    return (
+        f"{found.second} reads {' and '.join(sentences)} than {found.first}{elsewhere} (± is 2σ)."
+    )
 
 
 _DifferenceRow = tuple[float, float, float]

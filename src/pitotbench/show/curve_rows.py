@@ -116,14 +116,17 @@ def card_csv(curve: ErrorCurve, doubts: Sequence[str] = (), unit: str = "kt") ->
     """
     points, factor = curve_points(curve), KNOT / SUFFIXES[unit].factor
     columns = shown_columns(GLANCE_COLUMNS, points)
-    told: dict[str, object] = {"doubts": " ".join(doubts)} if doubts else {}
+    stated: dict[str, object] = {"doubts": " ".join(doubts)} if doubts else {}
 
     def scaled(key: str, value: Any) -> object:
         return factor * value if key.endswith("_kt") and value is not None else value
 
     return csv_text(
         [
-            {**{c.key.replace("_kt", f"_{unit}"): scaled(c.key, p[c.key]) for c in columns}, **told}
+            {
+                **{c.key.replace("_kt", f"_{unit}"): scaled(c.key, p[c.key]) for c in columns},
+                **stated,
+            }
             for p in points
         ]
     )
@@ -157,8 +160,8 @@ POINT_COLUMNS: tuple[Column[FixedSpeedPoint], ...] = (
 
 def prior_sentences(priors: Mapping[str, float]) -> list[str]:
     """Return which priors were stated, as one sentence; none where all are the usual ones."""
-    told = ", ".join(f"{name} {value:g}" for name, value in priors.items())
-    return [f"Priors that were stated: {told}."] if told else []
+    stated = ", ".join(f"{name} {value:g}" for name, value in priors.items())
+    return [f"Priors that were stated: {stated}."] if stated else []
 
 
 def points_tree(

@@ -176,8 +176,8 @@ def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts
         kept = [
             row for row in every if round(float(curve.indicated_airspeed_kt[row])) % 5 == 0
         ] or every
-        told: list[Node] = [*map(Doubt, doubts.get(name, ())), Table(_handbook(curve), kept)]
-        parts.append(Heading(name or "Airspeed and altimeter", tuple(told)))
+        nodes: list[Node] = [*map(Doubt, doubts.get(name, ())), Table(_handbook(curve), kept)]
+        parts.append(Heading(name or "Airspeed and altimeter", tuple(nodes)))
     return page_of(f"Airspeed calibration: {subject}", [Sentence(lines), *parts])
 
 

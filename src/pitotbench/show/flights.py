@@ -28,7 +28,8 @@ from pitotbench.show.style import (
 from pitotbench.show.words import with_unit
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, NAUTICAL_MILE, Array
 
-_HELD = 8.0  # half-widths: a stretch that spans more is a sweep or a turn, in which the channel is not held
+# half-widths: a stretch that spans more is a sweep or a turn, in which the channel is not held
+_STEADY_WITHIN = 8.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +86,7 @@ def _history_panel(flight: Flight, history: _History, tolerance: float, units: U
         line(time, np.where(on > 0.5, value, np.nan), label="on condition"),
         *(
             band(minutes[piece], middle - half, middle + half, color=ORANGE, label=label)
-            for piece, middle in _held(flight, values, half)
+            for piece, middle in _steady_stretches(flight, values, half)
         ),
         frame("time [min]", f"{history.label} [{history.unit}]"),
     )
@@ -132,7 +133,7 @@ def _draw_wind(axes: Axes, flight: Flight) -> None:
     )
 
 
-def _held(flight: Flight, values: Array, half: float) -> list[tuple[list[int], float]]:
+def _steady_stretches(flight: Flight, values: Array, half: float) -> list[tuple[list[int], float]]:
     """The first and the last row of every on-condition stretch in which a channel is held within
     some half-widths, and the median of its values there; none without a half-width.
     """
@@ -141,5 +142,5 @@ def _held(flight: Flight, values: Array, half: float) -> list[tuple[list[int], f
     return [
         ([start, stop - 1], float(np.median(values[start:stop])))
         for start, stop in pieces
-        if np.ptp(values[start:stop]) <= _HELD * half
+        if np.ptp(values[start:stop]) <= _STEADY_WITHIN * half
     ]

@@ -321,12 +321,14 @@ def telling_panels(telling: TellingChannel, units: Units = BENCH) -> list[Panel]
 
 
 def _in_field_units(telling: TellingChannel, unit: FieldUnit) -> tuple[Array, Array, float]:
-    """Gap, rest and noise in the field's unit; a specific force times the mass is a force."""
+    """Gap, unexplained part and noise in the field's unit; a specific force times the mass is a
+    force.
+    """
     if is_force(telling.channel) and telling.mass is not None:
         scale = telling.mass / unit.factor
     else:
         scale = np.full(len(telling.gap), 1.0 / unit.factor)
-    return telling.gap * scale, telling.rest * scale, telling.noise * float(np.mean(scale))
+    return telling.gap * scale, telling.unexplained * scale, telling.noise * float(np.mean(scale))
 
 
 def _running(values: Array, instants: int) -> Array:

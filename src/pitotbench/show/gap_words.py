@@ -33,8 +33,8 @@ MEANINGS = {
 def formula_sentences(formula: FoundFormula) -> list[str]:
     """What a formula says, and what would do as well."""
     left = (
-        f"Beside {listed([words(n) for n in formula.beside])}, the gap"
-        if formula.beside
+        f"Beside {listed([words(n) for n in formula.effects])}, the gap"
+        if formula.effects
         else "The gap"
     )
     meanings = [
@@ -72,9 +72,9 @@ def _holds(term: str, symbol: str) -> bool:
 
 
 UNTOUCHED = 0.05  # kt: no calibration flight shows less
-# probability from which a further cause of a set is told: a doubted name may have none
-TOLD_FROM = 0.02
-DOUBTED = 0.1  # probability of causes in no form of the table, from which it is told
+# probability from which a further cause of a set is reported: a doubted name may have none
+REPORTED_FROM = 0.02
+DOUBTED = 0.1  # probability of causes in no form of the table, from which it is reported
 
 _WITHOUT_NULL_FLIGHTS = (
     "No simulated flights of this card were there to compare with, so that the noise is judged by "
@@ -103,10 +103,10 @@ def calibration_words(change: CalibrationChange) -> str:
 
 
 def effect_words(effect: Candidate, *more: str) -> str:
-    """An effect with its clear sizes, the times at which it begins and ends, and more to be told of
+    """An effect with its clear sizes, the times at which it begins and ends, and more to say of
     it.
 
-    A size within its bound of zero is left out beside one that is not.
+    A size within its bound of zero is left out where another is not.
     """
     clear = [s for s in effect.sizes if abs(s.value) > s.two_sigma] or effect.sizes
     sizes = [size_words(s.name, s.value, s.two_sigma) for s in clear]
@@ -173,7 +173,7 @@ def evidence_words(account: Account) -> list[str]:
             f"The thresholds come from {account.null_flights} simulated flights of the same card "
             "without an effect."
         )
-    parts = [f"{part} {percent(p)}" for part, p in verdict.parts.items() if p >= TOLD_FROM]
+    parts = [f"{part} {percent(p)}" for part, p in verdict.parts.items() if p >= REPORTED_FROM]
     if verdict.kind != "no_gap" and parts:
         lines.append(f"By part: {', '.join(parts)}.")
     return lines
@@ -187,22 +187,27 @@ def _answer(verdict: Verdict, aircraft: str) -> str:
     if verdict.kind == "unknown":
         gap = "There is a significant gap, and no effect of the table explains it."
         return f"{gap} {_best(verdict)}".strip()
-    told = [_gap_words(gap) for gap in verdict.explained]
-    if len(told) == 1:
-        return f"It is {told[0]}; ± is 2σ.{_doubt(verdict)}"
-    numbered = "; ".join(f"{number}, {text}" for number, text in enumerate(told, start=1))
-    return f"There are {len(told)} gaps beside one another: {numbered}; ± is 2σ.{_doubt(verdict)}"
+    reported = [_gap_words(gap) for gap in verdict.explained]
+    if len(reported) == 1:
+        return f"It is {reported[0]}; ± is 2σ.{_doubt(verdict)}"
+    numbered = "; ".join(f"{number}, {text}" for number, text in enumerate(reported, start=1))
+    return (
+        f"There are {len(reported)} gaps beside one another: {numbered}; ± is 2σ.{_doubt(verdict)}"
+    )
 
 
 def _gap_words(gap: Gap) -> str:
     """A gap: its part with the causes of it, or its causes where no part is named."""
     first, *others = gap.causes
-    told = [first, *(each for each in others if each.probability >= TOLD_FROM or not each.sizes)]
-    names = {each.name: effect_words(each, percent(each.probability)) for each in told}
+    reported = [
+        first,
+        *(each for each in others if each.probability >= REPORTED_FROM or not each.sizes),
+    ]
+    names = {each.name: effect_words(each, percent(each.probability)) for each in reported}
     if not gap.part_named:
-        best, *rest = names.values()
-        if rest:
-            return f"one of these: {best} or, less probably, {listed(rest, 'or')}"
+        best, *rivals = names.values()
+        if rivals:
+            return f"one of these: {best} or, less probably, {listed(rivals, 'or')}"
         return best if gap.named else f"probably {best}"
     inside = [text for name, text in names.items() if effect_of(name).part == gap.part]
     beyond = [text for name, text in names.items() if effect_of(name).part != gap.part]
@@ -222,7 +227,8 @@ def free_words(each: FreeSize) -> str:
 def reported_rivals(verdict: Verdict) -> list[list[str]]:
     """For each gap, the other causes of its set that are worth telling."""
     return [
-        [c.name for c in gap.causes[1:] if c.probability >= TOLD_FROM] for gap in verdict.explained
+        [c.name for c in gap.causes[1:] if c.probability >= REPORTED_FROM]
+        for gap in verdict.explained
     ]
 
 
@@ -237,7 +243,7 @@ def _doubt(verdict: Verdict) -> str:
 
 
 def percent(probability: float) -> str:
-    """A probability in percent, never told as more than 99."""
+    """A probability in percent, never reported as more than 99."""
     return f"{min(100.0 * probability, 99.0):.0f} %"
 
 
@@ -276,7 +282,7 @@ def closing_sentences(closing: Closing) -> list[str]:
     if verdict.kind == "no_gap":
         return [f"{line}.", *cut, "Judged again with it, the log shows no significant gap."]
     lines = [f"{line}.", *cut, f"Judged again with it: {_answer(verdict, name)}"]
-    if verdict.located and (verdict.remains or not closing.told):
+    if verdict.located and (verdict.remains or not closing.reported):
         places = [f"{words(p.channel)} {words(p.where)}" for p in verdict.located[:3]]
         lines.append(f"What stays unknown is largest in {listed(places)}.")
     return lines

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from pitotbench.records.aircraft import AircraftCheck, Attached, ManeuverCheck, StepResponse
-from pitotbench.records.log import FlightLog, HeldChannel, HeldFlight, LogInspection, Question
+from pitotbench.records.log import ChannelSummary, FlightLog, FlightSummary, LogInspection, Question
 from pitotbench.records.performance import Performance, PerformanceFigure
 from pitotbench.show.calibration import is_doubt
 from pitotbench.show.columns import Column, json_rows
@@ -22,7 +22,7 @@ _FIELD = {
 }  # fmt: skip
 
 
-def _unit(channel: HeldChannel) -> str:
+def _unit(channel: ChannelSummary) -> str:
     return (
         "rpm"
         if channel.name.startswith("propeller_speed")
@@ -30,7 +30,7 @@ def _unit(channel: HeldChannel) -> str:
     )
 
 
-def _reading(channel: HeldChannel, value: float | None) -> str | None:
+def _reading(channel: ChannelSummary, value: float | None) -> str | None:
     """A value with the unit of the field, without the digits that nobody reads."""
     if value is None:
         return None
@@ -38,7 +38,7 @@ def _reading(channel: HeldChannel, value: float | None) -> str | None:
     return with_unit(f"{float(number):,.10g}", SYMBOLS.get(_unit(channel), ""))
 
 
-CHANNEL_COLUMNS: tuple[Column[HeldChannel], ...] = (
+CHANNEL_COLUMNS: tuple[Column[ChannelSummary], ...] = (
     Column("channel", lambda c: words(c.name)),
     Column("", lambda c: c.name, key="name"),
     Column("", lambda c: c.unit or "-", key="unit"),
@@ -55,7 +55,7 @@ QUESTION_COLUMNS: tuple[Column[Question], ...] = (
 )
 
 
-HELD_COLUMNS: tuple[Column[HeldFlight], ...] = (
+SUMMARY_COLUMNS: tuple[Column[FlightSummary], ...] = (
     Column("file", lambda f: f.file, key="file"),
     Column("begins", lambda f: f.start or None, key="start"),
     Column("airplane", lambda f: f.airplane or None, key="airplane"),
@@ -68,17 +68,17 @@ HELD_COLUMNS: tuple[Column[HeldFlight], ...] = (
 )
 
 
-def held_tree(flights: Sequence[HeldFlight]) -> list[Node]:
+def summaries_tree(flights: Sequence[FlightSummary]) -> list[Node]:
     """The flights of a folder, and below them the files that were not read."""
     return [
-        Table(HELD_COLUMNS, [each for each in flights if not each.refusal]),
+        Table(SUMMARY_COLUMNS, [each for each in flights if not each.refusal]),
         *(Sentence(str(each)) for each in flights if each.refusal),
     ]
 
 
-def held_json(flights: Sequence[HeldFlight]) -> list[dict[str, Any]]:
+def summaries_json(flights: Sequence[FlightSummary]) -> list[dict[str, Any]]:
     """The flights of a folder as plain data, a row each."""
-    return json_rows(HELD_COLUMNS, flights)
+    return json_rows(SUMMARY_COLUMNS, flights)
 
 
 def inspection_sentences(found: LogInspection) -> list[str]:

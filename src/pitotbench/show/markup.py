@@ -56,9 +56,6 @@ def environment() -> Environment:
     return found
 
 
-# A finished part of a page. Loads no drawing library: campaigns carry sections between processes.
-
-
 @dataclass(frozen=True, slots=True)
 class Section:
     """A part of a page: its anchor, the group and the title in the page's index, its short answer,

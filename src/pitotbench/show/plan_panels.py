@@ -163,10 +163,10 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
         tuple[bool, float, float]
     ] = []  # side, minutes and height of the names written so far
     for each in sorted(shown, key=lambda f: -f.mean):
-        apart = [
+        gaps = [
             (log(each.minutes / other.minutes), abs(log(each.mean / other.mean))) for other in shown
         ]
-        right = any(0.0 < before < _NAME_WIDTH and above < _CLOSE for before, above in apart)
+        right = any(0.0 < before < _NAME_WIDTH and above < _CLOSE for before, above in gaps)
         near = [
             h for side, m, h in lowest if side == right and abs(log(m / each.minutes)) < _NAME_WIDTH
         ]

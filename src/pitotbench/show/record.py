@@ -46,11 +46,11 @@ def checks_of(result: Calibration) -> list[Check]:
     failed: dict[str, list[str]] = (
         {} if result.converged else {"the fit converged": [result.reason]}
     )
-    told = [
+    findings = [
         *((d.kind, d.words) for d in result.disagreements),
         *((w.code, str(w)) for w in result.warnings),
     ]
-    for kind, why in told:
+    for kind, why in findings:
         failed.setdefault(_FAILED_BY.get(kind, ""), []).append(why)
     late, change, agreement = found.latency, found.wind_change, found.height_agreement
     delay = ""

@@ -91,9 +91,6 @@ def panel(
         return Panel(title, svg(figure, title), note)
 
 
-# The marks of a picture, in the units of the bench; `look` is what Matplotlib takes beside.
-
-
 def drawing(*marks: Mark) -> Mark:
     """Some marks as one, each above those before it."""
 
@@ -224,11 +221,11 @@ def svg(figure: Figure, label: str) -> str:
     text = buffer.getvalue()
     text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
     text = re.sub(r'<g id="[^"]*"', "<g", text)
-    head, rest = text.split(">", 1)
+    head, content = text.split(">", 1)
     head = re.sub(r' (width|height)="[^"]*pt"', "", head) + f' role="img" aria-label="{label}"'
     # No other drawing of a page has its names of clips and markers.
-    mark = sha256(rest.encode()).hexdigest()[:8]
-    return head + ">" + re.sub(r'(\bid="|url\(#|href="#)([^")]+)', rf"\1\2-{mark}", rest)
+    mark = sha256(content.encode()).hexdigest()[:8]
+    return head + ">" + re.sub(r'(\bid="|url\(#|href="#)([^")]+)', rf"\1\2-{mark}", content)
 
 
 def thin(*arrays: Array) -> list[Array]:

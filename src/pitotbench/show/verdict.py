@@ -151,7 +151,7 @@ FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
     Column(
         "apart from the others",
         lambda flight: max(
-            (own.apart for own in flight.own_sizes if own.apart is not None), default=None
+            (own.distance for own in flight.own_sizes if own.distance is not None), default=None
         ),
         "σ",
         ".1f",
@@ -172,7 +172,8 @@ def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     """What a flight of several says, as plain data."""
     (plain,) = json_rows(FLIGHT_COLUMNS, [flight])
     sizes = [
-        {"effect": own.effect, **asdict(own.size), "apart": own.apart} for own in flight.own_sizes
+        {"effect": own.effect, **asdict(own.size), "apart": own.distance}
+        for own in flight.own_sizes
     ]
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
 
@@ -205,9 +206,9 @@ def closing_columns(closing: Closing) -> list[Column[Gap]]:
         return by_effect.get(gap.causes[0].name)
 
     def measured(gap: Gap) -> str:
-        told = [size_words(s.name, s.value, s.two_sigma) for s in gap.causes[0].sizes]
+        sizes = [size_words(s.name, s.value, s.two_sigma) for s in gap.causes[0].sizes]
         found = of_file(gap)
-        return "; ".join(told if found is None else [measured_words(found), *told])
+        return "; ".join(sizes if found is None else [measured_words(found), *sizes])
 
     return [
         Column("part", lambda gap: gap.part or "no part of the table"),
@@ -281,10 +282,10 @@ def gap_json(gap: Gap) -> dict[str, Any]:
 
 def _cause(each: Candidate) -> dict[str, Any]:
     acts_on = effect_of(each.name).acts_on
-    told = {"sensors": "sensor"}.get(acts_on, acts_on)
+    sizes = {"sensors": "sensor"}.get(acts_on, acts_on)
     return {
         "name": each.name,
-        "acts_on": "file" if each.name in OWN_TERMS or "/" in each.name else told,
+        "acts_on": "file" if each.name in OWN_TERMS or "/" in each.name else sizes,
         "probability": each.probability,
         "parameters": [asdict(s) | {"unit": name_and_unit(s.name)[1]} for s in each.sizes],
         "times": dict(each.times),

@@ -82,19 +82,19 @@ def account_tree(account: Account) -> list[Node]:
     """The tree of an account: the answer and its picture, what is added to the model, the places of
     the gap, the card flown again, and what it rests on.
     """
-    verdict, told_by = account.verdict, account.telling
+    verdict, clearest = account.verdict, account.telling
     # The steps are of the flight with the largest gap, the closure is of all.
     steps = account.entries and account.waterfall and len(account.flights) < 2
     heads = {"failed": Doubt, "remark": Notice}
     checks = [heads[c.status](f"{c.name}: {c.why}") for c in verdict.checks if c.status in heads]
-    told = [*_told(account), *checks]
+    nodes = [*_warnings(account), *checks]
     return [
         Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
-        *(node for node in told if isinstance(node, Doubt)),
+        *(node for node in nodes if isinstance(node, Doubt)),
         *(Sentence(f"Next: {words(line)}.") for line in verdict.advice),
         *(
-            [Figure("pitotbench.show.gap_page.telling_panels", (told_by,), "narrow")]
-            if told_by
+            [Figure("pitotbench.show.gap_page.telling_panels", (clearest,), "narrow")]
+            if clearest
             else []
         ),
         *pilot_card(account.following, account.legs),
@@ -132,11 +132,11 @@ def account_tree(account: Account) -> list[Node]:
             (Table(DETECTABLE_COLUMNS, verdict.smallest_detectable),),
             NUMBERS,
         ),
-        *(node for node in told if isinstance(node, Notice)),
+        *(node for node in nodes if isinstance(node, Notice)),
     ]
 
 
-def _told(account: Account) -> list[Node]:
+def _warnings(account: Account) -> list[Node]:
     """What was said of the logs: what may move the answer as doubts, how they were read as
     notices.
     """
@@ -148,21 +148,21 @@ def _told(account: Account) -> list[Node]:
 
 def _closed(account: Account) -> list[Node]:
     """What is in the airplane's file of what was found: its coefficients, the loop closed."""
-    told: list[Node] = []
+    nodes: list[Node] = []
     if account.coefficients:
-        told.append(
+        nodes.append(
             Table(COEFFICIENT_COLUMNS, account.coefficients, "coefficients of the model's file")
         )
     if (closing := account.closing) is not None:
         table = Table(closing_columns(closing), closing.gaps, "the gaps, closed")
         said = map(Sentence, closing_sentences(closing))
-        told.append(Heading("The loop closed", (*said, table)))
-    return told
+        nodes.append(Heading("The loop closed", (*said, table)))
+    return nodes
 
 
 def _added(account: Account) -> list[Node]:
     """What is added to the model, and the patch with the commands that fly it."""
-    told: list[Node] = [
+    nodes: list[Node] = [
         Sentence(f"{effect_words(effect)[:1].upper()}{effect_words(effect)[1:]}: {what}")
         for effect in account.verdict.effects
         for what in [effect_of(effect.name).what]
@@ -171,8 +171,8 @@ def _added(account: Account) -> list[Node]:
         fly = "Put these lines into the case file of the flight, and fly it:"
         commands = "\n".join(flying_words(account))
         patch = (Code(account.patch), Sentence(fly), Code(commands))
-        told.append(Heading("The patch", patch, SOURCES))
-    return [Heading("What is added to the model", tuple(told))] if told else []
+        nodes.append(Heading("The patch", patch, SOURCES))
+    return [Heading("What is added to the model", tuple(nodes))] if nodes else []
 
 
 def flying_words(account: Account) -> list[str]:
@@ -255,13 +255,13 @@ def _shortfall(flown: FlownAgain) -> str:
 
 def _checks(account: Account) -> list[Check]:
     """The checks of the log, and what is held against the answer."""
-    verdict, held = account.verdict, account.verdict.closure_holdout
+    verdict, holdout_closure = account.verdict, account.verdict.closure_holdout
     share = f"closes {closure_percent(verdict.closure)} of the explainable gap of the log"
     closed = share if verdict.effects else ""
     also = (
         ""
-        if held is None
-        else f"closes {closure_percent(held)} of the explainable gap of {account.holdout}"
+        if holdout_closure is None
+        else f"closes {closure_percent(holdout_closure)} of the explainable gap of {account.holdout}"
     )
     skipped = account.flown.skipped or "nothing is named"
     fits = "as often as two flights of one airplane" if account.flown.tolerances else ""
@@ -295,7 +295,7 @@ def reconciliation_record(account: Account, made: Provenance, units: Units = BEN
             f"{account.null_flights} simulated flights of the card without an effect give the "
             "thresholds"
         )
-    warned = _told(account)
+    warned = _warnings(account)
     parts: dict[str, Sequence[Node]] = {
         "Conditions": [*map(Sentence, conditions_of(made, lines))],
         "Tolerances": [Sentence(_TOLERANCES)],

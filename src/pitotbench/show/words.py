@@ -6,8 +6,6 @@ from math import floor, log10
 
 from pitotbench.units import DEGREE, KNOT, POUND_FORCE, SUFFIXES, SYMBOLS
 
-# Names of the code as words: `drag_area_m2` is a drag area in m².
-
 _DIGITS = 3  # of a size, significant
 _PLAIN_BELOW = 1e7
 

@@ -131,8 +131,6 @@ def set_to_zero(folder: Path) -> tuple[str, ...]:
     return tuple(e.text or "" for e in root.iterfind(f"system[@name='{ZEROS}']/property"))
 
 
-# Tables of lift and drag that level flight leaves: JSBSim keeps the value of the last row there.
-
 ANGLES = {"aero/alpha-rad": 1.0, "aero/alpha-deg": DEGREE}
 RATE_OF = re.compile("velocities/[pqr]|alphadot")
 
@@ -140,6 +138,8 @@ RATE_OF = re.compile("velocities/[pqr]|alphadot")
 def left_tables(root: ET.Element, alphas: Sequence[float]) -> list[str]:
     """Return a sentence for each table of lift or drag that ends before the angles of attack [rad]
     of level flight do, by more than 1°.
+
+    JSBSim keeps the value of the last row there.
 
     An end where the table is 0 or level counts as meant. Tables of damping are left out.
     """

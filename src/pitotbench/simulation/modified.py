@@ -157,8 +157,6 @@ def mark_recording(plant: Plant) -> None:
         plant.set(RECORDING_START, plant.get("time") + plant.time_step)
 
 
-# Load an aircraft to a mass: with fuel in its tanks and, where fuel is not enough, ballast.
-
 TANKS = ("propulsion/tank/contents-lbs", "propulsion/tank[1]/contents-lbs")
 # of what the file loads: half an hour of cruise, so that no card is flown with empty tanks
 LEAST_FUEL = 0.1

@@ -14,14 +14,6 @@ from pitotbench.simulation.card import Card
 from pitotbench.simulation.plant import Plant
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY
 
-# Pilots: the autopilot alone, or a model of a person with a reaction time, a threshold and a random
-# drift. The person is an intermittent controller (Craik 1948; Neilson and others since). Between
-# corrections the command drifts at random (the remnant of McRuer and Jex 1967). A deviation is
-# noticed only when it is larger than a glance at the gauge shows. It is corrected in part; then the
-# pilot waits for the aircraft to respond. The autopilot keeps stick and rudder, so this models how
-# well targets are kept, not handling qualities. All sizes are estimates: a good pilot stays within
-# the paper's tolerances most of the time in smooth air, a busy one does not.
-
 CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
 # thresholds; a larger deviation is a commanded change under way, not an error to correct
 PURSUED = 5.0
@@ -63,6 +55,13 @@ class AutopilotOnly:
 
 class Person(AutopilotOnly):
     """A pilot with reaction time, gauge thresholds and remnant, drawn from the truth seed.
+
+    The person is an intermittent controller (Craik 1948; Neilson and others since). Between
+    corrections the command drifts at random (the remnant of McRuer and Jex 1967). A deviation is
+    noticed only when it is larger than a glance at the gauge shows. It is corrected in part; then
+    the pilot waits for the aircraft to respond. The autopilot keeps stick and rudder, so this
+    models how well targets are kept, not handling qualities. All sizes are estimates: a good pilot
+    stays within the paper's tolerances most of the time in smooth air, a busy one does not.
 
     `reaction` [s] is the delay of each command; all sizes but the waits are multiplied by
     `coarseness`.
@@ -324,10 +323,7 @@ class Cockpit:
         )
 
 
-# The phases of flight that cards are made of: generators that yield once a tick, while the plant
-# runs.
-
-Ticks = Iterator[None]
+Ticks = Iterator[None]  # of a phase of flight, which yields once a tick while the plant runs
 SET_UP_LIMIT = 240.0  # s, to reach a speed; idle 160 to 100 kt takes half a minute
 SET_UP_HOLD = 5.0  # s, on speed before a set-up is over
 # m/s: largest deviation during the patience; tighter than any card's tolerance

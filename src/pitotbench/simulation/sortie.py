@@ -22,9 +22,6 @@ from pitotbench.simulation.plant import Air, Plant
 from pitotbench.simulation.properties import CHANNELS, PROPERTIES, Property
 from pitotbench.units import KNOT, Array
 
-# Record every channel at the simulator's rate: one packed row a step, converted to SI block by
-# block.
-
 # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
 BLOCK = 1000
 _ALWAYS = ("time", "mass")  # the mass divides the forces
@@ -44,6 +41,8 @@ def lines_of(names: Collection[str] | None) -> tuple[Property, ...]:
 class Recorder:
     """Run a plant and keep channels of the table, by default all that its aircraft serves, at every
     step.
+
+    Each step is one packed row, converted to SI block by block.
 
     Rows are packed into one buffer that is used again and again. This costs a quarter of the time
     of a bare step of JSBSim; assigning each row to an array costs a third.
@@ -103,8 +102,6 @@ class Recorder:
                 found[line.name] /= found["mass"]
         return found
 
-
-# Scale a card to the speeds of an aircraft.
 
 CARD_SPEEDS = (
     100.0,

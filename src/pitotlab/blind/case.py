@@ -11,7 +11,7 @@ from pitotlab.blind.drawn import cause_of
 
 BANDS = ((7.0, "above 7"), (4.0, "4 to 7"), (2.0, "2 to 4"), (0.0, "below 2"))
 GUST_CAUSES = {"turbulence_level", "turbulence_scale"}
-NO_ANSWER = ("crash", "refused", "not scored")
+NO_ANSWER = ("crash", "refused")
 SURE = ("named", "one_of")
 
 
@@ -26,15 +26,11 @@ def _joined(cause: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class JudgedCase:
-    """One case, as read from the files of truth, answers and observations.
-
-    `advised` is the answer with a flight that earlier versions advised; empty where there is none.
-    """
+    """One case, as read from the files of truth, answers and observations."""
 
     truth: Mapping[str, Any]
     answer: Mapping[str, Any]
     observed: Mapping[str, Any] = field(default_factory=dict)
-    advised: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def kind(self) -> str:

@@ -52,8 +52,8 @@ Told = Callable[[JudgedCase], Mapping[str, float]]
 
 
 def part_of(cause: str) -> str:
-    """The part of a cause of the table; a cause that the table has no more is a part of its own."""
-    return str(EFFECTS[cause].part) if cause in EFFECTS else cause
+    """The part of a cause of the table."""
+    return str(EFFECTS[cause].part)
 
 
 def hidden_parts(case: JudgedCase) -> set[str]:
@@ -131,13 +131,12 @@ def named_parts(cases: Sequence[JudgedCase], told: Told) -> NamedParts:
 
 def strong_causes(cases: Sequence[JudgedCase]) -> list[JudgedCase]:
     """The cases of one flight with a single cause above 7σ."""
-    single = [c for c in cases if c.is_single and c.flights == 1 and c.band == "above 7"]
-    return [c for c in single if c.verdict != "not scored"]
+    return [c for c in cases if c.is_single and c.flights == 1 and c.band == "above 7"]
 
 
 def lines(cases: Sequence[JudgedCase]) -> list[str]:
     """The score by part as lines: named parts, and the proper scores over causes and parts."""
-    outside = [c for c in cases if c.kind == "outside" and c.verdict != "not scored"]
+    outside = [c for c in cases if c.kind == "outside"]
     gap = with_a_gap(cases)
     asked = {"the table": [c for c in gap if c.kind != "outside"], "the table and outside": gap}
     found = [

@@ -7,7 +7,7 @@ Cases without an answer yet (a run that was stopped) are counted and left out.
 from argparse import ArgumentParser
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -59,24 +59,22 @@ def row(what: str, flags: Iterable[bool], remark: str = "") -> Row:
 
 
 def table(cases: Sequence[JudgedCase]) -> list[Row]:
-    """All rows that are shares."""
-    answered = [c for c in cases if c.verdict != "not scored"]  # a crash counts as a miss
-    one = [c for c in answered if c.is_single and c.flights == 1]
-    several = [c for c in answered if c.is_single and c.flights > 1]
+    """All rows that are shares. A crash counts as a miss."""
+    one = [c for c in cases if c.is_single and c.flights == 1]
+    several = [c for c in cases if c.is_single and c.flights > 1]
     none, two, outside, counted = (
-        [c for c in answered if c.kind == k] for k in ("none", "two", "outside", "counted")
+        [c for c in cases if c.kind == k] for k in ("none", "two", "outside", "counted")
     )
     single = one + several
     named = [c for c in single if c.verdict == "named"]
     return [
-        *_calibration(answered),
+        *_calibration(cases),
         *_strong("above 7, one flight", [c for c in one if c.band == "above 7"]),
         *_weak("4 to 7, one flight", [c for c in one if c.band == "4 to 7"]),
         *_weak("2 to 4, one flight", [c for c in one if c.band == "2 to 4"]),
         *_strong("above 7, two flights", [c for c in several if c.band == "above 7" and c.flights == 2]),
         *_strong("above 7, three flights", [c for c in several if c.band == "above 7" and c.flights == 3]),
         *_weak("4 to 7, two or three flights", [c for c in several if c.band == "4 to 7"]),
-        *_advised(one),
         row("a second effect that was not hidden, of single effects "
             "named", (len(c.groups) > 1 for c in named)),
         row("wrong name, any band", (c.wrong_name for c in single)),
@@ -152,17 +150,6 @@ def _ceiling(cases: Sequence[JudgedCase]) -> str:
     ideal, tool = sum(c.observer_names for c in seen), sum(c.named for c in seen)
     ratio = f", ratio {tool / ideal:.2f}" if ideal else ""
     return f"ideal observer: {ideal} of {len(seen)}{ratio}"
-
-
-def _advised(cases: Sequence[JudgedCase]) -> list[Row]:
-    rows = []
-    for band in ("above 7", "4 to 7"):
-        flown = [c for c in cases if c.band == band and c.advised]
-        before = sum(c.named for c in flown)
-        remark = f"before it: {before}" if flown else "not scored"
-        named = (replace(c, answer=c.advised).named for c in flown)
-        rows.append(row(f"{band}, with the flight advised: named cleanly", named, remark))
-    return rows
 
 
 def _formulas(cases: Sequence[JudgedCase]) -> list[Row]:

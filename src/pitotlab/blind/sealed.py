@@ -2,8 +2,8 @@
 in one archive.
 
 An archive `results/blind/NAME.tar.xz` holds `truth.json`, its seal `truth.sha256`, `results.jsonl`,
-and where they were made `observed.jsonl`; the sets of versions that chose a next flight hold
-`advised.jsonl` too. `results/blind/SHA256SUMS` holds the digest of every archive.
+and where they were made `observed.jsonl`. `results/blind/SHA256SUMS` holds the digest of every
+archive.
 """
 
 import json
@@ -21,7 +21,7 @@ from pitotlab.experiment import OUT
 PLACE = OUT / "blind"  # of a set that is being made
 KEPT = Path(__file__).parents[1] / "results" / "blind"
 SUMS = "SHA256SUMS"
-ANSWERS = ("results.jsonl", "observed.jsonl", "advised.jsonl")
+ANSWERS = ("results.jsonl", "observed.jsonl")
 
 
 def kept_sets() -> list[Path]:
@@ -68,9 +68,9 @@ def judged_in(seal: Path, *answers: Path | None) -> list[JudgedCase]:
     for name, path in zip(ANSWERS, answers, strict=False):
         if path and path.is_file():
             given[name] = path.read_bytes()
-    results, observed, advised = (_by_name(given.get(name, b"")) for name in ANSWERS)
+    results, observed = (_by_name(given.get(name, b"")) for name in ANSWERS)
     return [
-        JudgedCase(case, results[name], observed.get(name, {}), advised.get(name, {}))
+        JudgedCase(case, results[name], observed.get(name, {}))
         for case in opened(seal)["cases"]
         if (name := case["name"]) in results
     ]

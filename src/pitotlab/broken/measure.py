@@ -32,7 +32,7 @@ from pitotbench.simulation.sortie import fly
 from pitotlab.broken.breaks import BASE, KINDS, LIGHT, Kind, broken_columns
 from pitotlab.broken.dataflash import write_dataflash
 from pitotlab.broken.ulog import write_ulog
-from pitotlab.outside.generator import OutsideFlight, generate
+from pitotlab.outside.generator import OutsideFlight, generate, write_csv
 from pitotlab.outside.kinds import KINDS as GOOD_KINDS
 from pitotlab.outside.kinds import ROUGH
 from pitotlab.outside.physics import Array, calibrated_airspeed, impact_pressure
@@ -73,13 +73,6 @@ class BrokenRow:
     def key(self) -> Key:
         """What is measured: set, kind where it is chosen, seed."""
         return self.set, self.kind if self.set in ("broken", "real") else "", self.seed
-
-
-def write_csv(columns: Mapping[str, Array], path: Path) -> None:
-    """Write columns as a table with a line of names."""
-    forms = ["%d" if name == "gps_fresh" else "%.9g" for name in columns]
-    rows = np.column_stack(list(columns.values()))
-    np.savetxt(path, rows, fmt=forms, delimiter=",", header=",".join(columns), comments="")
 
 
 def written(columns: Mapping[str, Array], container: str, folder: Path) -> Path:

@@ -7,6 +7,7 @@ Nothing here comes from the product: the judge writes the log to a file and read
 would.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -338,9 +339,8 @@ def _truth(cell: Cell, sky: Sky, error: SourceError, state: State) -> Truth:
     )
 
 
-def write_csv(flight: OutsideFlight, path: Path) -> None:
-    """The log as a table with a line of column names; no truth in it."""
-    names = list(flight.columns)
-    rows = np.column_stack([flight.columns[name] for name in names])
-    forms = ["%d" if name == "gps_fresh" else "%.9g" for name in names]
-    np.savetxt(path, rows, fmt=forms, delimiter=",", header=",".join(names), comments="")
+def write_csv(columns: Mapping[str, Array], path: Path) -> None:
+    """Write the columns of a log as a table with a line of names."""
+    forms = ["%d" if name == "gps_fresh" else "%.9g" for name in columns]
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, fmt=forms, delimiter=",", header=",".join(columns), comments="")

@@ -182,7 +182,7 @@ def usual_options() -> CalibrationOptions:
 def _answer(flight: OutsideFlight) -> Calibration | tuple[str, str]:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "log.csv"
-        write_csv(flight, path)
+        write_csv(flight.columns, path)
         try:
             return calibrate(read_log(path), usual_options())
         except (BadInputError, NoAnswerError) as error:

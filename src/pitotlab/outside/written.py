@@ -59,7 +59,7 @@ def write_set(name: str, seeds: Sequence[int], folder: Path) -> int:
                 continue
             path.parent.mkdir(parents=True, exist_ok=True)
             flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
-            write_csv(flight, path)
+            write_csv(flight.columns, path)
             beside.write_text(json.dumps(truth_of(flight)), encoding="utf-8")
             new += 1
     return new

@@ -59,15 +59,13 @@ class StudyRequest:
     """The request for a study: its seeds (1 to `seeds`, of truth and sensors), its folders, its
     processes.
 
-    `sweeps`: answer the open questions of the paper as well. `docs`: a folder for `study.md` and
-    its pictures. `tables`: the folder `out` of an earlier run, whose tables are used instead of new
-    flights.
+    `sweeps`: answer the open questions of the paper as well. `tables`: the folder `out` of an
+    earlier run, whose tables are used instead of new flights.
     """
 
     seeds: int = 1
     sweeps: bool = True
     out: Path = Path("out/study")
-    docs: Path | None = None
     jobs: int | None = None
     scheduler: str | None = None
     tables: Path | None = None
@@ -79,18 +77,17 @@ class StudyRequest:
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """The tables, the answers by claim, the pages, the failures in words, the flights lost."""
+    """The tables, the answers by claim, the page, the failures in words, the flights lost."""
 
     evidence: StudyTables
     findings: Mapping[str, Finding]
-    pages: tuple[Path, ...]
+    page: Path
     failures: tuple[str, ...] = ()
     lost: int = 0
 
 
 def run_study(request: StudyRequest) -> StudyResult:
-    """Fly the study, answer every claim, and write report.html and the tables; with `docs` also
-    write study.md.
+    """Fly the study, answer every claim, and write report.html and the tables.
 
     The same seeds give the same numbers on any number of processes. Raises BadInputError for a
     request that makes no sense, NoAnswerError where nothing could be flown.
@@ -131,32 +128,29 @@ def _read(folder: Path) -> StudyTables:
 
 
 def _answered(request: StudyRequest, evidence: StudyTables) -> StudyResult:
-    from pitotlab.study.page import study_html, write_document  # loads the drawing library
+    from pitotlab.study.page import study_html  # loads the drawing library
 
     findings = {number: claim.answer(evidence) for number, claim in CLAIMS.items()}
-    page = study_page_of(evidence, findings)
     try:
         request.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BadInputError(
             f"{request.out}: cannot be made: {error.strerror}; choose another --out"
         ) from error
-    pages = [request.out / "report.html"]
-    write_text(pages[0], study_html(page))
+    page = request.out / "report.html"
+    write_text(page, study_html(study_page_of(evidence, findings)))
     for name in TABLES:
         with atomic(request.out / f"{name}.parquet") as scratch:
             getattr(evidence, name).to_parquet(scratch, index=False)
-    if request.docs:
-        pages.append(write_document(page, request.docs))
-    return StudyResult(evidence, findings, tuple(pages))
+    return StudyResult(evidence, findings, page)
 
 
 def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """Fly the paper's simulator study again, answer its claims, and print the verdicts and the
-    paths of the pages.
+    path of the page.
 
-    Writes report.html and the numbers as Parquet; with --docs also study.md and its pictures. One
-    seed gives an impression in a minute; the paper's claims are answered with 30.
+    Writes report.html and the numbers as Parquet. One seed gives an impression in a minute; the
+    paper's claims are answered with 30.
     """
     add = parser.add_argument
     add("--seeds", type=int, default=1, help="truth and sensor seeds 1 to N (default: 1)")
@@ -164,27 +158,23 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     add("--jobs", type=int, help="processes (default: one a core)")
     add("--scheduler", help="address of a dask scheduler, tcp://host:port")
     add("--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)")
-    add("--docs", type=Path, help="write study.md and its pictures into this folder")
     add("--tables", type=Path, help="answer from the tables of an earlier --out; nothing is flown")
     asked = vars(parser.parse_args(words))
-    for folder in (asked["out"], asked["docs"]):
-        if folder is not None:
-            require_folder(folder)
+    require_folder(asked["out"])
     result = run_study(StudyRequest(sweeps=not asked.pop("claims_only"), **asked))
     print_result(result)
     if result.lost:
-        raise NoAnswerError(f"{result.lost} flights could not be flown; the pages leave them out")
+        raise NoAnswerError(f"{result.lost} flights could not be flown; the page leaves them out")
 
 
 def print_result(result: StudyResult) -> None:
-    """Print the verdict of every claim, the pages, and the failures."""
+    """Print the verdict of every claim, the path of the page, and the failures."""
     console = Console(highlight=False)
     table = Table("claim", "the paper", "ours", "verdict", show_lines=True)
     for number, finding in result.findings.items():
         table.add_row(number, CLAIMS[number].words, finding.ours, finding.verdict)
     console.print(table)
-    for page in result.pages:
-        console.print(outside(f"written: {page}"), soft_wrap=True)
+    console.print(outside(f"written: {result.page}"), soft_wrap=True)
     for text in result.failures[:_NAMED]:
         console.print(outside(f"no answer: {text}"), soft_wrap=True)
     if len(result.failures) > _NAMED:

@@ -88,7 +88,7 @@ def _bars(evidence: StudyTables) -> Bars:
         "rms_error_kt": "true rms error of the curve",
     }
     title, note = "What is published, and what is known", "Light turbulence, 50/50 Hz, Inverse+."
-    chart = Bars(title, note, "2σ or rms [kt]", (), (), "rankings")
+    chart = Bars(title, note, "2σ or rms [kt]", (), ())
     return maneuver_bars(chart, kinds, partial(_column, evidence))
 
 
@@ -101,7 +101,7 @@ def _pairs(evidence: StudyTables) -> Lines:
         series.append(Series(NAMES[m], x.tolist(), y.tolist(), style="marks"))
     axes = "2σ of the residual [kt]", "true rms error of the curve [kt]"
     title, note = "A small residual is not a small error", "One mark a flight."
-    return Lines(title, note, *axes, series, "residual-against-error")
+    return Lines(title, note, *axes, series)
 
 
 def confounding(evidence: StudyTables) -> Reply:
@@ -133,7 +133,7 @@ def confounding(evidence: StudyTables) -> Reply:
         f"with every speed on both headings. The errors are then {both[0]:.2f} and {both[1]:.2f} "
         f"kt. The residual is {residual[1]:.2f} kt instead of {residual[0]:.2f} kt, and so does "
         "not show the difference.",
-        (Lines(title, note, *axes, series, "confounding"),),
+        (Lines(title, note, *axes, series),),
         (pd.DataFrame(rows),),
     )
 
@@ -197,8 +197,8 @@ def _patterns(evidence: StudyTables) -> list[Lines]:
             Series(label, points.east_nm.tolist(), points.north_nm.tolist())
             for label, points in (("flown", track), ("on condition", on))
         ]
-        axes, name = ("east [nmi]", "north [nmi]"), f"fig3-{maneuver}"
-        charts.append(Lines(f"Fig 3: {NAMES[str(maneuver)]}", "", *axes, series, name, equal=True))
+        axes, title = ("east [nmi]", "north [nmi]"), f"Fig 3: {NAMES[str(maneuver)]}"
+        charts.append(Lines(title, "", *axes, series, equal=True))
     return charts
 
 

@@ -1,4 +1,4 @@
-"""The study drawn: its charts, its page, and its Markdown document with the pictures as files."""
+"""The study drawn: its charts and its page."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -11,7 +11,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from pitotbench.logbook.columns import write_text
 from pitotbench.show.columns import frame_rows, html_table
 from pitotbench.show.markup import environment
 from pitotbench.show.style import (
@@ -31,13 +30,12 @@ from pitotbench.show.style import (
 )
 from pitotbench.units import Array
 from pitotlab.study.parts import Bars, Chart, Lines, Part, Series, StudyPage
-from pitotlab.tables import frame_columns, markdown_table
+from pitotlab.tables import frame_columns
 
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)
 _MARKS = "os^Dv<>"
 _MOST_MARKED = 20  # points of a line that still get marks
 _LEGEND = 2  # columns
-_DPI = 200  # sharp in print
 _BARS = 0.82  # share of a group's place that bars fill
 
 
@@ -45,18 +43,6 @@ def draw(chart: Chart) -> Panel:
     """The chart as a panel of a page."""
     with stacked(_draws(chart), _size(chart), _LEGEND) as figure:
         return Panel(chart.title, svg(figure, chart.title), chart.note)
-
-
-def save(chart: Chart, path: Path) -> None:
-    """The chart as a PNG file."""
-    with stacked(_draws(chart), _size(chart), _LEGEND) as figure:
-        figure.savefig(
-            path,
-            dpi=_DPI,
-            bbox_inches="tight",
-            metadata={"Software": None},
-            pil_kwargs={"optimize": True},
-        )
 
 
 def _size(chart: Chart) -> tuple[float, float]:
@@ -188,38 +174,3 @@ def _drawn(part: Part) -> tuple[Part, list[Panel], list[str]]:
 
 def _html(table: pd.DataFrame) -> str:
     return html_table(frame_columns(table), frame_rows(table))
-
-
-def _markdown(table: pd.DataFrame) -> str:
-    return markdown_table(frame_columns(table), frame_rows(table))
-
-
-def write_document(page: StudyPage, folder: Path) -> Path:
-    """`study.md` in a folder and its pictures in `study/`; returns the document's path."""
-    pictures = folder / "study"
-    pictures.mkdir(parents=True, exist_ok=True)
-    blocks = [f"# {page.title}", page.subtitle, *page.short, _markdown(page.summary)]
-    for heading, parts in (
-        ("The claims, one by one", page.claims),
-        ("What the residual does not show", page.truth),
-        ("What the paper left open", page.questions),
-    ):
-        blocks += [f"## {heading}"] if parts else []
-        for part in parts:
-            blocks += _part(part, pictures)
-    blocks += ["## How it was done", *page.method]
-    target = folder / "study.md"
-    write_text(target, "\n\n".join(blocks) + "\n")
-    return target
-
-
-def _part(part: Part, pictures: Path) -> list[str]:
-    blocks = [f"### {part.heading}: {part.verdict}" if part.verdict else f"### {part.heading}"]
-    blocks += [f"**{label}:** {text}" if label else text for label, text in part.lines]
-    for chart in part.charts:
-        name = f"{chart.name}.png"
-        save(chart, pictures / name)
-        blocks.append(
-            f"![{chart.title}](study/{name})\n*{f'{chart.title}. {chart.note}'.rstrip('. ')}*"
-        )
-    return blocks + [_markdown(table) for table in part.tables]

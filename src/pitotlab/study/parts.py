@@ -37,7 +37,6 @@ class Bars:
     ylabel: str
     groups: Sequence[str]
     series: Sequence[Series]
-    name: str = ""  # of the file
     dots: bool = False
     top: float | None = None
 
@@ -51,7 +50,6 @@ class Lines:
     xlabel: str
     ylabel: str
     series: Sequence[Series]
-    name: str = ""
     log_x: bool = False
     log_y: bool = False
     equal: bool = False

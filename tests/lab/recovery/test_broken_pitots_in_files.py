@@ -10,14 +10,9 @@ from pitotbench import air, read_log
 from pitotbench.broken import find_broken
 from pitotlab.broken.breaks import KINDS, LIGHT, broken_columns
 from pitotlab.broken.dataflash import write_dataflash
-from pitotlab.broken.measure import (
-    answer_of,
-    outcome_of,
-    scaled,
-    write_csv,
-)
+from pitotlab.broken.measure import answer_of, outcome_of, scaled
 from pitotlab.broken.ulog import write_ulog
-from pitotlab.outside.generator import generate
+from pitotlab.outside.generator import generate, write_csv
 
 SEED = 301  # of development
 

@@ -13,5 +13,5 @@ def test_without_a_gap_of_the_airplane_nothing_is_written(tmp_path, monkeypatch)
     case = Case(maneuver="rapid_decel", turbulence="none", truth_seed=22, effects=bias)
     found = reconcile(replace(sense(fly(case), "20/5"), header={}), close="found", refly=False)
     assert found.account.closing.closed == ()
-    assert [each.causes[0].name for each in found.account.closing.told] == ["temperature_bias"]
+    assert [each.causes[0].name for each in found.account.closing.reported] == ["temperature_bias"]
     assert not Path("aircraft").exists()

@@ -72,7 +72,7 @@ def test_two_flights_share_a_cause_and_its_size(flights, both, alone) -> None:
     assert min(apart) - 1e-3 <= effect.sizes[0].value <= max(apart) + 1e-3
     for flight in joint.flights:
         assert flight.left_out.share > 0.85
-        assert all(own.apart is not None and own.apart < 3.0 for own in flight.own_sizes)
+        assert all(own.distance is not None and own.distance < 3.0 for own in flight.own_sizes)
 
 
 def test_a_cause_that_a_flight_does_not_show_is_not_named_and_the_flight_is(flights) -> None:

@@ -1,11 +1,7 @@
-"""The page and the document: whole, self-contained, every number from the evidence, every picture
-there.
-"""
+"""The page: whole, self-contained, every number from the evidence, every picture there."""
 
 import re
 from dataclasses import replace
-from functools import partial
-from pathlib import Path
 
 import pytest
 from tests.lab.study import made_up
@@ -15,7 +11,7 @@ from pitotlab.__main__ import main
 from pitotlab.study.claims import CLAIMS
 from pitotlab.study.conduct import StudyRequest, run_study
 from pitotlab.study.content import study_page_of
-from pitotlab.study.page import save, study_html, write_document
+from pitotlab.study.page import study_html
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES
 
@@ -31,22 +27,11 @@ def evidence():
 
 @pytest.fixture(scope="module")
 def told(evidence, tmp_path_factory):
-    """The study told again from the tables of a run, with its page and its document.
-
-    The page holds all pictures; as a file, the first of each kind is drawn once more.
-    """
-    drawn = set()
-
-    def save_one_of_a_kind(chart, path):
-        (Path.touch if type(chart) in drawn else partial(save, chart))(path)
-        drawn.add(type(chart))
-
+    """The study told again from the tables of a run, with its page."""
     folder = tmp_path_factory.mktemp("study")
     for name in TABLES:
         getattr(evidence, name).to_parquet(folder / f"{name}.parquet", index=False)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pitotlab.study.page.save", save_one_of_a_kind)
-        return run_study(StudyRequest(out=folder / "again", docs=folder / "docs", tables=folder))
+    return run_study(StudyRequest(out=folder / "again", tables=folder))
 
 
 @pytest.fixture(scope="module")
@@ -55,13 +40,14 @@ def page(told):
 
 
 def test_the_page_is_whole_and_self_contained(told):
-    html = told.pages[0].read_text("utf-8")
+    html = told.page.read_text("utf-8")
     for number in CLAIMS:
         assert f'id="{number}"' in html
     for sweep in SWEEPS.values():
         assert sweep.question in html
     assert not re.search(r'(src|href)="https?:', html)
     assert html.count("<svg") > 30
+    assert "Seeds 1 to 2" in html
 
 
 def test_every_picture_has_units_on_its_axes(page):
@@ -69,16 +55,6 @@ def test_every_picture_has_units_on_its_axes(page):
     charts = [chart for part in parts for chart in part.charts]
     assert all("[" in chart.ylabel for chart in charts)
     assert all("[" in chart.xlabel for chart in charts if hasattr(chart, "xlabel"))
-    names = [chart.name for chart in charts]
-    assert len(names) == len(set(names))
-
-
-def test_the_document_and_its_pictures_agree(told):
-    document = told.pages[1]
-    text = document.read_text("utf-8")
-    named = set(re.findall(r"\(study/([^)]+)\)", text))
-    assert named == {path.name for path in (document.parent / "study").iterdir()}
-    assert "Seeds 1 to 2" in text
 
 
 @pytest.mark.parametrize("name", SWEEPS)
@@ -116,7 +92,7 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(
     assert (tmp_path / "taken").read_text() == "mine"
 
 
-def test_the_claims_alone_are_answered_without_the_sweeps(evidence, told, page, tmp_path):
+def test_the_claims_alone_are_answered_without_the_sweeps(evidence, told, page):
     """The same words and pictures from fewer flights, and nothing of what was not flown."""
     alone = made_up.evidence(_varied, seeds=2, sweeps=False)
     assert len(alone.flights) < len(evidence.flights)
@@ -127,4 +103,3 @@ def test_the_claims_alone_are_answered_without_the_sweeps(evidence, told, page, 
     assert fewer.questions == []
     words = replace(fewer, claims=[replace(part, charts=()) for part in fewer.claims])
     assert "Open questions" not in study_html(words)
-    assert "left open" not in write_document(words, tmp_path).read_text(encoding="utf-8")

@@ -127,7 +127,7 @@ def _structure_table(evidence: StudyTables) -> pd.DataFrame:
 def _bars(evidence: StudyTables) -> Bars:
     title = "Fig 9: 2σ of the residual by maneuver and model"
     note, axis = "50/50 Hz, smooth air, a good pilot.", "2σ of the residual [kt]"
-    chart = Bars(title, note, axis, (), (), "fig9-models", dots=True)
+    chart = Bars(title, note, axis, (), (), dots=True)
     models = {model: model for model in PAPER_MODELS}
     return maneuver_bars(chart, models, lambda m, model: evidence.residual(m, model=model))
 
@@ -147,7 +147,7 @@ def model_shapes() -> Lines:
         "Least-squares fits of each structure to the default error; Inverse+ is the truth itself."
     )
     axes = "indicated airspeed [kt]", "Δp/q_c [-]"
-    return Lines("Fig 4: model structures", note, *axes, series, "fig4-models")
+    return Lines("Fig 4: model structures", note, *axes, series)
 
 
 @partial(
@@ -265,7 +265,7 @@ def _figure(evidence: StudyTables, maneuver: str) -> Chart:
         # The same place in both lists gives the same mark and color.
         series.insert(len(gap), Series(label, at.tolist(), y.tolist(), style="marks"))
         gap.append(Series(label, at.tolist(), off.tolist(), style="marks"))
-    title, name = f"Fig {FIGURES[maneuver]}: {NAMES[maneuver]}", f"fig{FIGURES[maneuver]}-airplane"
+    title = f"Fig {FIGURES[maneuver]}: {NAMES[maneuver]}"
     note = (
         "20/1 Hz, Quadratic; seed 1. A dot is one sample on a straight leg: airspeed from the GPS "
         "velocity as logged and the wind found, minus indicated airspeed. Below: the curves minus "
@@ -273,7 +273,7 @@ def _figure(evidence: StudyTables, maneuver: str) -> Chart:
     )
     axis = "indicated airspeed [kt]"
     below = Lines("", "", axis, "minus truth [kt]", gap)
-    return Lines(title, note, axis, "calibrated − indicated [kt]", series, name, below=below)
+    return Lines(title, note, axis, "calibrated − indicated [kt]", series, below=below)
 
 
 def _band(label: str, curve: pd.DataFrame, spread: str, minus: pd.Series | float = 0.0) -> Series:

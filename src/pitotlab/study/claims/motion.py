@@ -197,7 +197,6 @@ def _ratios(evidence: StudyTables) -> Bars:
             for kind in KINDS
             for m in _SHOWN
         ],
-        "fig7-down",
         dots=True,
     )
 
@@ -215,7 +214,6 @@ def _steeper(evidence: StudyTables) -> Lines:
         "vertical speed, times what the good pilot flew [-]",
         "fall of the airspeed's 2σ [%]",
         (),
-        "c7-vertical-speed",
     )
     return maneuver_lines(chart, (1.0, *STEEPER), falls)
 
@@ -325,7 +323,6 @@ def _dots(evidence: StudyTables) -> Bars:
         "2σ of the residual [kt]",
         ["of the\nairspeed", "pooled over\nthe outputs"],
         series,
-        "fig8-turns",
         dots=True,
     )
 

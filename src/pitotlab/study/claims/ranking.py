@@ -72,7 +72,7 @@ def times(evidence: StudyTables) -> Finding:
         }
     )
     title, note = "Table 2: flight times", "Turns included, set-up between speeds not."
-    chart = Bars(title, note, "time [min]", (), (), "table2-times")
+    chart = Bars(title, note, "time [min]", (), ())
     flown = partial(evidence.flight, "minutes")
     return Finding(
         verdict(all(abs(d) <= _CLOSE for d in off.values())),

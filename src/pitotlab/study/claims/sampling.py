@@ -76,7 +76,6 @@ def fast(evidence: StudyTables) -> Finding:
         "2σ of the residual [kt]",
         (),
         (),
-        "fig10-rates",
         dots=True,
         top=_TOP,
     )
@@ -152,7 +151,7 @@ def _density(evidence: StudyTables) -> Lines:
         )
     note = f"Seed {evidence.seeds[0]}; turns included. Times 50 Hz gives samples."
     axes = "calibrated airspeed [kt]", "time in each 2.5 kt [s]"
-    return Lines("Fig 5: data density", note, *axes, series, "fig5-density")
+    return Lines("Fig 5: data density", note, *axes, series)
 
 
 def _bars(evidence: StudyTables) -> Bars:
@@ -162,7 +161,7 @@ def _bars(evidence: StudyTables) -> Bars:
     ]
     title, note = "Fig 6: effect of data density", "Smooth air, a good pilot, Inverse+."
     labels = [label.replace(", ", "\n") for _, _, label in CARDS]
-    return Bars(title, note, "2σ of the residual [kt]", labels, series, "fig6-density")
+    return Bars(title, note, "2σ of the residual [kt]", labels, series)
 
 
 def _with_error(change: Spread) -> str:

@@ -122,8 +122,7 @@ def _wind_row(evidence: StudyTables, maneuver: str) -> dict[str, object]:
 
 
 def _wind_chart(evidence: StudyTables, each: Trouble) -> Lines:
-    name = f"sweep-{each.change}-{each.wind}".replace(" ", "-")
-    chart = Lines(each.title, each.note, each.xlabel, _ERROR, (), name)
+    chart = Lines(each.title, each.note, each.xlabel, _ERROR, ())
     return maneuver_lines(chart, (0.0, *each.levels), partial(_error, evidence, each))
 
 
@@ -186,8 +185,7 @@ def _sideslip_chart(evidence: StudyTables, kind: str) -> Lines:
         f"A probe that loses {100.0 * SIDESLIP_ERROR:g} % of q_c a degree squared (our "
         "estimate); light turbulence."
     )
-    name, title = f"sweep-{kind.replace(' ', '-')}", f"Sideslip {KINDS[kind]}"
-    chart = Lines(title, note, "sideslip [°]", _ERROR, (), name)
+    chart = Lines(f"Sideslip {KINDS[kind]}", note, "sideslip [°]", _ERROR, ())
     return maneuver_lines(chart, (0.0, *ANGLES), partial(_sideslip_column, evidence, kind))
 
 
@@ -276,15 +274,13 @@ def _day_charts(evidence: StudyTables) -> Iterator[Lines]:
         def high(maneuver: str, feet: float, air: str = air) -> pd.Series:
             return _bound(evidence, air, maneuver, _at_altitude(feet))
 
-        title, name = f"Test altitude, {words}", f"sweep-altitude-{air}"
-        chart = Lines(title, note, "test altitude [ft]", ylabel, (), name)
+        chart = Lines(f"Test altitude, {words}", note, "test altitude [ft]", ylabel, ())
         yield maneuver_lines(chart, heights, high, FLOWN)
 
     def warm(maneuver: str, kelvin: float) -> pd.Series:
         return _bound(evidence, "light", maneuver, _at_temperature(kelvin))
 
-    title, name = "Temperature, light turbulence", "sweep-temperature"
-    chart = Lines(title, note, "above standard [K]", ylabel, (), name)
+    chart = Lines("Temperature, light turbulence", note, "above standard [K]", ylabel, ())
     yield maneuver_lines(chart, sorted((*TEMPERATURES, 0.0)), warm, FLOWN)
 
 

@@ -63,8 +63,7 @@ def _rate_column(evidence: StudyTables, kind: str, maneuver: str, das: str) -> p
 def _rate_chart(evidence: StudyTables, kind: str, side: str) -> Lines:
     (*_, title, ylabel), (words, xlabel) = KINDS[kind], SIDES[side]
     note = "Light turbulence, the same flights; noise a sample does not depend on the rate."
-    name = f"sweep-rates-{side}-{kind}"
-    chart = Lines(f"{title}: {words}", note, xlabel, ylabel, (), name, log_x=True)
+    chart = Lines(f"{title}: {words}", note, xlabel, ylabel, (), log_x=True)
 
     def number(maneuver: str, rate: float) -> pd.Series:
         return _rate_column(evidence, kind, maneuver, system(side, rate))
@@ -159,7 +158,6 @@ def density(evidence: StudyTables) -> Reply:
         "flight time [min]",
         "covering 2σ of the curve [kt]",
         series,
-        "sweep-density",
         log_x=True,
         log_y=True,
     )
@@ -237,7 +235,7 @@ def _structure_chart(table: pd.DataFrame) -> Bars:
     title = "True error by model"
     note = "Light turbulence, 50/50 Hz; rms over seeds and the five truths."
     groups = [NAMES[m] for m in PAPER_ORDER]
-    return Bars(title, note, "rms error of the curve [kt]", groups, series, "sweep-structure")
+    return Bars(title, note, "rms error of the curve [kt]", groups, series)
 
 
 @partial(

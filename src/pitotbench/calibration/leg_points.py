@@ -141,7 +141,7 @@ def steady_groups(log: FlightLog, obs: Observations) -> tuple[Legs, ...]:
         blocks = _stretches(blocks)
     long = [p for p in blocks.pieces() if len(p.time) * SECOND >= _SHORTEST and _holds(p)]
     turns = [
-        replace(piece, leg=0 * piece.leg, turning=True)
+        replace(piece, leg=np.arange(len(piece.leg)), turning=True)
         for piece in long
         if np.ptp(piece.track) >= _FULL_TURN
     ]
@@ -149,7 +149,7 @@ def steady_groups(log: FlightLog, obs: Observations) -> tuple[Legs, ...]:
         piece for piece in long if abs(float(np.diff(_halves(piece.track))[0])) <= _STRAIGHT
     ]
     groups = [_as_legs(blocks, pieces) for pieces in _by_airspeed(straight)]
-    useful = [*turns, *(group for group in groups if group.legs >= 3)]
+    useful = [*turns, *(group for group in groups if group.leg.max() >= 2)]
     return tuple(sorted(useful, key=_airspeed))
 
 
@@ -469,7 +469,7 @@ def _point(
     indicated = float(one.air.indicated_airspeed)
     return FixedSpeedPoint(
         method=one.method,
-        legs=group.legs,
+        legs=1 if group.turning else int(group.leg.max()) + 1,
         seconds=len(group.time) * SECOND,
         indicated_airspeed=indicated,
         calibrated_airspeed=indicated + correction,

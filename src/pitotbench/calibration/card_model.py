@@ -158,6 +158,12 @@ class CardModel:
             wind, correction = self._answer(noise)
             self._other_flight = self._new & _another_flight(wind, self._new)
 
+    def without(self, rows: frozenset[int]) -> "CardModel":
+        """Return the model of the same card with these rows struck out."""
+        if rows == self.struck_rows:
+            return self
+        return CardModel(self.legs, self.steps, self.stated, rows, self.priors)
+
     def basis(self, speed: MetersPerSecond, own: NDArray[np.intp]) -> Array:
         """Return the columns of the curves, (c, p − 1) [m/s], at airspeeds (c,) [m/s] of the
         configurations of numbers `own` (c,).

@@ -85,7 +85,7 @@ def _as_meant(
     struck = model.struck_rows | other.struck_rows
     here, there = (
         each.log_evidence(each.likeliest_noise)
-        for each in (CardModel(one.legs, steps, stated, struck, priors) for one in (model, other))
+        for each in (model.without(struck), other.without(struck))
     )
     if there - here + _CLEARLY * (len(slips) - len(fewer)) < _CLEARLY:
         return model, slips, ()
@@ -118,7 +118,7 @@ def _point(own: Sequence[int], model: CardModel, stated: Accuracies) -> CardPoin
         )
         return replace(point, remark="; ".join([*remarks, few]))
     rows = rows_of(legs)
-    if len(set(number := by_track(rows.track % (2.0 * np.pi)))) > 2:  # else too near, or all around
+    if len(set(number := by_track(rows.toward))) > 2:  # else too near, or all around
         rows = replace(rows, leg=number)
     try:
         solved = solve_group(rows)

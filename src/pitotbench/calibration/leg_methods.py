@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from pitotbench import air
 from pitotbench.calibration.options import WITHOUT_TEMPERATURE, Accuracies
@@ -249,7 +250,10 @@ def circle_fit(velocity: Array) -> Array:
     for _ in range(_STEPS):
         left = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]
         jacobian = np.column_stack([np.ones(len(velocity)), unit(velocity - answer[1:])])
-        answer = answer + np.linalg.lstsq(jacobian, left)[0]
+        step = np.linalg.lstsq(jacobian, left)[0]
+        answer = answer + step
+        if np.max(np.abs(step)) < _LAST_STEP:
+            break
     return answer
 
 
@@ -276,16 +280,12 @@ def circle_gain(velocity: Array, answer: Array) -> Array:
 # apply as published.
 
 
-def by_track(track: Radians) -> NDArray[np.intp]:
-    """Return the numbers of the legs, (n,), of pieces on tracks (n,): pieces on one track are one
-    leg, and the legs are numbered by track.
+def by_track(toward: Array) -> NDArray[np.intp]:
+    """Return the numbers of the legs, (n,), of pieces along unit vectors (n, 2): pieces on one
+    track are one leg.
     """
-    order = np.argsort(track)
-    leg = np.empty(len(track), dtype=np.intp)
-    leg[order] = np.concatenate([[0], np.cumsum(np.diff(track[order]) > _SAME_TRACK)])
-    if track[order[0]] + 2.0 * np.pi - track[order[-1]] <= _SAME_TRACK:  # on both sides of south
-        leg[leg == leg.max()] = 0
-    return leg
+    near = toward @ toward.T >= np.cos(_SAME_TRACK)
+    return np.asarray(connected_components(near, directed=False)[1], dtype=np.intp)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,11 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from pitotbench import air
 from pitotbench.calibration.options import WITHOUT_TEMPERATURE, Accuracies
 from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.legs import FixedSpeedResult
 from pitotbench.units import (
     DEGREE,
     Array,
@@ -157,20 +157,6 @@ _LAST_STEP = 1e-9  # m/s, of the last step
 _SAME_TRACK = 30.0 * DEGREE  # pieces whose tracks differ by less are one leg
 
 
-@dataclass(frozen=True, slots=True)
-class FixedSpeedResult:
-    """True airspeed [m/s] and wind.
-
-    `spread` [m/s] is the standard deviation of the three-leg answers, None for three legs.
-    `wind_speed` is in m/s, and `wind_from` the direction from which the wind comes [rad, 0 to 2π].
-    """
-
-    true_airspeed: float
-    spread: float | None
-    wind_speed: float
-    wind_from: float
-
-
 def fixed_speed(ground_speed: MetersPerSecond, track: Radians) -> FixedSpeedResult:
     """Solve three or four legs flown at one true airspeed.
 
@@ -284,6 +270,8 @@ def by_track(toward: Array) -> NDArray[np.intp]:
     """Return the numbers of the legs, (n,), of pieces along unit vectors (n, 2): pieces on one
     track are one leg.
     """
+    from scipy.sparse.csgraph import connected_components  # slow to load
+
     near = toward @ toward.T >= np.cos(_SAME_TRACK)
     return np.asarray(connected_components(near, directed=False)[1], dtype=np.intp)
 

@@ -12,6 +12,7 @@ from tests.calibration.test_fixed_speed_points import RATE, circle_path, legs_pa
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from pitotbench.calibration import leg_points
+from pitotbench.calibration.covering_problem import wind_log_prior
 from pitotbench.calibration.leg_methods import (
     answer_of_legs,
     circle_fit,
@@ -19,15 +20,20 @@ from pitotbench.calibration.leg_methods import (
     solve_group,
 )
 from pitotbench.calibration.leg_points import (
-    LegLikelihood,
     answer_variances,
+    noise_of,
+    regression_of,
     steady_groups,
     two_sigma,
 )
 from pitotbench.calibration.observations import observe
-from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.options import PRIORS, CalibrationOptions
 from pitotbench.estimation.mixture import half_width
-from pitotbench.estimation.restricted_likelihood import weighted_noises
+from pitotbench.estimation.restricted_likelihood import (
+    Regression,
+    restricted_log_likelihood,
+    weighted_noises,
+)
 
 NOISES = np.log([[0.8, 533.0, 0.2], [0.1, 200.0, 0.4], [2.0, 1500.0, 0.05]])
 
@@ -54,14 +60,30 @@ def dense_covariance(groups, noise):
     return deviation**2 * mean * (along @ along.T) + (white**2 + 1e-8) * np.eye(len(time))
 
 
-def dense_likelihood(groups, covariance):
-    """Harville (1974), with an airspeed and a wind for each group, by explicit inverses."""
+class DenseNoise:
+    """What an estimator asks of a covariance, by explicit matrices."""
+
+    def __init__(self, covariance):
+        self.log_determinant = np.linalg.slogdet(covariance)[1]
+        self.inverse = np.linalg.inv(covariance)
+
+    def weigh(self, data):
+        return self.inverse @ data
+
+
+def dense_problem(groups):
+    """An airspeed and a wind for each group; the response and the regressors."""
     lengths = [len(group.along) for group in groups]
     regressors = np.zeros((sum(lengths), 3 * len(groups)))
     for number, (group, first) in enumerate(zip(groups, np.cumsum([0, *lengths]), strict=False)):
         columns = np.column_stack([np.ones(len(group.along)), group.along])
         regressors[first : first + len(group.along), 3 * number : 3 * number + 3] = columns
-    residual = np.concatenate([group.residual for group in groups])
+    return np.concatenate([group.residual for group in groups]), regressors
+
+
+def dense_likelihood(groups, covariance):
+    """Harville (1974), by explicit inverses."""
+    residual, regressors = dense_problem(groups)
     inverse = np.linalg.inv(covariance)
     normal = regressors.T @ inverse @ regressors
     estimate = np.linalg.solve(normal, regressors.T @ inverse @ residual)
@@ -72,11 +94,13 @@ def dense_likelihood(groups, covariance):
 
 
 @pytest.mark.parametrize("path", [legs_path(0, 90, 180, 270), circle_path()])
-def test_the_likelihood_is_that_of_dense_generalized_least_squares_with_independent_groups(path):
+def test_the_likelihood_of_a_group_is_that_of_dense_generalized_least_squares(path):
     groups = groups_of(path)
     for noise in NOISES:
-        each = [dense_likelihood([group], dense_covariance([group], noise)) for group in groups]
-        assert LegLikelihood(groups).of(noise) == pytest.approx(sum(each), rel=1e-7, abs=1e-5)
+        for one in groups:
+            dense = dense_likelihood([one], dense_covariance([one], noise))
+            found = restricted_log_likelihood(regression_of(one), noise_of(one)(noise))
+            assert found == pytest.approx(dense, rel=1e-7, abs=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -96,12 +120,18 @@ def test_gusts_that_two_groups_share_move_no_bound_by_a_percent(seed):
     """The bound with every correlation, also from group to group, by dense matrices."""
     groups = groups_of(legs_path(0, 90, 180, 270, speeds_kt=(110.0, 125.0, 140.0)), seed)
 
-    def log_posterior(noise):
-        return dense_likelihood(groups, dense_covariance(groups, noise)) + leg_points._log_prior(
-            noise
-        )
-
-    noises, weights = weighted_noises(log_posterior, np.log([0.5, 533.0, 0.2]))
+    response, regressors = dense_problem(groups)
+    level = response.std()
+    noises, weights = weighted_noises(
+        [
+            (
+                Regression(response, regressors, regressors, np.zeros(regressors.shape[1])),
+                lambda noise: DenseNoise(dense_covariance(groups, noise)),
+            )
+        ],
+        wind_log_prior(PRIORS, PRIORS.gust_length_factor),
+        np.log([level, PRIORS.gust_length_m, 0.3 * level]),  # where both searches begin
+    )
     for group, bound in zip(groups, two_sigma(groups), strict=True):
         variances = [
             np.diag(group.gain.T @ dense_covariance([group], noise) @ group.gain)

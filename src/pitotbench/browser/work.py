@@ -326,9 +326,7 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
     else:
         speeds, tracks = read_csv(path).columns
         found = fixed_speed(speeds * KNOT, tracks * DEGREE)
-        nodes = legs_tree(
-            legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
-        )
+        nodes = legs_tree(legs_json(found))
         one, other = (",".join(f"{value:g}" for value in each) for each in (speeds, tracks))
         typed = [f"--ground-speed-kt={one}", f"--track-deg={other}"]
     tell(

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from numpy.linalg import LinAlgError
 
 from pitotbench.broken import BROKEN
-from pitotbench.calibration.leg_methods import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibration.leg_methods import fixed_speed as fixed_speed
 from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
@@ -26,6 +25,7 @@ from pitotbench.records.calibration import (
     Disagreement,
     RecordedAutopilot,
 )
+from pitotbench.records.legs import FixedSpeedResult as FixedSpeedResult
 from pitotbench.records.log import Caution, FlightLog
 
 if TYPE_CHECKING:

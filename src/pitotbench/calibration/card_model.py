@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pitotbench import air
 from pitotbench.calibration.leg_methods import LegAir, Legs, unit
 from pitotbench.calibration.options import PRIORS, Accuracies, Priors
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import UNIFORM, Intervals, MarkovNoise, MarkovProcess
 from pitotbench.estimation.restricted_likelihood import (
     NoiseNode,
@@ -158,6 +159,12 @@ class CardModel:
             wind, correction = self._answer(noise)
             self._other_flight = self._new & _another_flight(wind, self._new)
 
+    def without(self, rows: frozenset[int]) -> "CardModel":
+        """Return the model of the same card with these rows struck out."""
+        if rows == self.struck_rows:
+            return self
+        return CardModel(self.legs, self.steps, self.stated, rows, self.priors)
+
     def basis(self, speed: MetersPerSecond, own: NDArray[np.intp]) -> Array:
         """Return the columns of the curves, (c, p − 1) [m/s], at airspeeds (c,) [m/s] of the
         configurations of numbers `own` (c,).
@@ -198,17 +205,14 @@ class CardModel:
         other = np.where(self._other_flight, _ANY_WIND**2, jump * self._new)
         return np.column_stack([np.full(len(self.legs), step), other])
 
-    def noise(self, noise: Array) -> MarkovNoise:
-        """Return the covariance of the equations, for ln of the noise (3,)."""
-        return self._noise_of(noise, self.white(noise)[None], self.linear.along[None])
-
-    def _noise_across(self, noise: Array) -> MarkovNoise:
-        """The same of the equations and of the winds across them, which nobody observed."""
-        along = self.linear.along
-        white = np.stack([self.white(noise), np.full(len(along), _UNHEARD)])
-        return self._noise_of(noise, white, np.stack([along, at_right_angles(along)]))
-
-    def _noise_of(self, noise: Array, white: Array, loading: Array) -> MarkovNoise:
+    def noise(self, noise: Array, across: bool = False) -> MarkovNoise:
+        """Return the covariance of the equations, for ln of the noise (3,); with those of the winds
+        across them, which nobody observed, where asked for.
+        """
+        white, loading = self.white(noise)[None], self.linear.along[None]
+        if across:
+            white = np.concatenate([white, np.full_like(white, _UNHEARD)])
+            loading = np.concatenate([loading, at_right_angles(loading[0])[None]])
         count = len(self.legs)
         edges = (np.arange(count)[:, None] + [0.0, _ON_LEG]).ravel()
         # The variance of an Ornstein-Uhlenbeck process grows by 2σ²/τ a unit of time.
@@ -221,7 +225,7 @@ class CardModel:
         curves, _ = solve(self.problem, self.noise(noise))
         left = np.zeros((2, len(self.legs)))
         left[0] = self.problem.response - self.problem.regressors @ curves
-        weighed = self._noise_across(noise).weigh(left.reshape(-1, 1)).reshape(left.shape)
+        weighed = self.noise(noise, across=True).weigh(left.reshape(-1, 1)).reshape(left.shape)
         wind = left[0] - self.white(noise) * weighed[0]
         along = self.linear.along
         sideways = _UNHEARD * weighed[1]
@@ -244,28 +248,26 @@ class CardModel:
         return noise_posterior(self.problem, self.noise, _log_prior, self.likeliest_noise)
 
     @cached_property
-    def weights(self) -> Array:
-        """The weights of the nodes, (m,)."""
-        return np.array([node.weight for node in self.nodes])
+    def posterior(self) -> Posterior:
+        """The coefficients of the curves and the thermometer's error."""
+        return Posterior(
+            np.array([node.weight for node in self.nodes]),
+            np.stack([node.estimate for node in self.nodes]),
+            np.stack([node.covariance for node in self.nodes]),
+        )
 
-    def curves(self, at: MetersPerSecond, configuration: str) -> tuple[Array, Array]:
-        """Return the correction of a configuration at airspeeds [m/s] and its variance [(m/s)²],
-        (m, c), at each node.
+    def gradient(self, at: MetersPerSecond, configuration: str) -> Array:
+        """Return the change of a configuration's corrections at airspeeds (c,) [m/s] with the
+        coefficients, (c, p). The thermometer is no part of them.
         """
         columns = self.basis(at, np.full(len(at), self.configurations[configuration]))
-        means = [columns @ node.estimate[:-1] for node in self.nodes]
-        variances = [
-            np.einsum("cp,pq,cq->c", columns, node.covariance[:-1, :-1], columns)
-            for node in self.nodes
-        ]
-        return np.array(means), np.array(variances)
+        return np.column_stack([columns, np.zeros(len(at))])
 
     def expected_variance(self, at: MetersPerSecond) -> float:
         """Return the variance [(m/s)²] of the first configuration's curve, mean over airspeeds
         [m/s], before a leg is flown: mean over the rival priors, on a usual day.
         """
-        columns = self.basis(at, np.zeros(len(at), dtype=np.intp))
-        columns = np.column_stack([columns, np.zeros(len(at))])  # the thermometer is no part of it
+        columns = self.gradient(at, self.legs[0].configuration)
         rivals = solutions(self.problem, self.noise(USUAL_NOISE))
         found = [np.einsum("cp,pq,cq->c", columns, each.covariance, columns) for each in rivals]
         return float(np.mean(found))
@@ -277,13 +279,11 @@ class CardModel:
         What the legs share is left out: the wind of the first of them is free, and so is the
         correction.
         """
-        picked = np.asarray(places)
-        wandered, white = self._spread_of_nodes
-        passed = wandered[:, picked] - wandered[:, picked[:1]]
-        felt = self.linear.along[picked] * gain[:, None]
-        shared = np.minimum(passed[:, :, None], passed[:, None, :])
-        wind = np.einsum("mij,ij->m", shared, felt @ felt.T)
-        return np.asarray(np.sqrt(wind + white[:, picked] @ gain**2))
+        wandered, white = (each[:, places] for each in self._spread_of_nodes)
+        felt = self.linear.along[places] * gain[:, None]
+        later = felt.sum(axis=0) - np.cumsum(felt, axis=0)[:-1]  # what a step of the wind moves
+        wind = np.diff(wandered) @ np.sum(later**2, axis=1)
+        return np.asarray(np.sqrt(wind + white @ gain**2))
 
     @cached_property
     def _spread_of_nodes(self) -> tuple[Array, Array]:
@@ -303,7 +303,7 @@ class CardModel:
         """
         problem, count = self.problem, len(self.legs)
         curves, spread = solve(problem, self.noise(noise))
-        across = self._noise_across(noise)
+        across = self.noise(noise, across=True)
         data = np.zeros((2, count, 1 + len(curves)))
         data[0] = np.column_stack([problem.response, problem.regressors])
         # The correction is a third output, without wind.

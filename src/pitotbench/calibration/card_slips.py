@@ -153,7 +153,7 @@ class _Card:
             rows = frozenset(self.legs[place].row for place in [*struck, *new])
             if rows == model.struck_rows:
                 break
-            model = CardModel(model.legs, model.steps, model.stated, rows, model.priors)
+            model = model.without(rows)
         return model, {place: each for place, each in found.items() if model.struck[place]}
 
     def _suspicions(self, others: Others) -> dict[int, _Suspicion]:

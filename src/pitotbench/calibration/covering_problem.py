@@ -42,7 +42,7 @@ from pitotbench.units import Array
 
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
 _LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
-_WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
+WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +223,7 @@ class WindNoise:
         if self.memory is not None:
             memory = np.full(len(self.at_edges), self.memory)
             winds.append(MarkovProcess(levels[..., 3], memory, self.seen))
-        variance = self.sensor + levels[..., 2, None] ** 2 + _WHITE_FLOOR
+        variance = self.sensor + levels[..., 2, None] ** 2 + WHITE_FLOOR
         return MarkovNoise(self.intervals, variance[..., None, :], winds)
 
 
@@ -261,27 +261,36 @@ def length_factor(structure: Structure, obs: Observations) -> float:
 
 
 def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
-    """The prior of φ: half-normal levels and a log-normal length, wider for a log above 10,000 ft.
-
-    The φ terms convert the density of a level to that of its logarithm. The gust's level has no φ
-    term (Jeffreys' prior for a scale). A density that is flat in the level would put gusts of a few
-    centimeters a second into calm air, which outweigh all sensor noise.
+    """The prior of φ: that of the wind, with a wider length for a log above 10,000 ft, and that of
+    the height.
     """
     rows = structure.altitude
-    priors = structure.priors
+    drift = wind_scale(structure, obs) if structure.drifting else None
+    of_wind = wind_log_prior(structure.priors, length_factor(structure, obs), drift)
+    if rows is None:
+        return of_wind
+    return lambda phi: of_wind(phi) + altitude_log_prior(rows, phi[-NOISE_COUNT:])
+
+
+def wind_log_prior(priors: Priors, factor: float, drift: float | None = None) -> LogPrior:
+    """Return the prior of the φ of `WindNoise`: half-normal levels and a log-normal length.
+
+    `factor` is one standard deviation of the length, and `drift` [m/s] that of a drifting wind. The
+    φ terms convert the density of a level to that of its logarithm. The gust's level has no φ term
+    (Jeffreys' prior for a scale). A density that is flat in the level would put gusts of a few
+    centimeters a second into calm air, which outweigh all sensor noise.
+    """
     levels = {0: (priors.gust_mps, 0.0), 2: (priors.white_mps, 1.0)}
-    if structure.drifting:
-        levels[3] = (wind_scale(structure, obs), 1.0)
-    usual, factor = np.log(priors.gust_length_m), np.log(length_factor(structure, obs))
+    if drift is not None:
+        levels[3] = (drift, 1.0)
 
     def log_prior(phi: Array) -> float:
         half_normal = sum(
             flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2
             for i, (scale, flat) in levels.items()
         )
-        length = -0.5 * ((phi[1] - usual) / factor) ** 2
-        height = 0.0 if rows is None else altitude_log_prior(rows, phi[-NOISE_COUNT:])
-        return float(half_normal + length) + height
+        length = (phi[1] - np.log(priors.gust_length_m)) / np.log(factor)
+        return float(half_normal - 0.5 * length**2)
 
     return log_prior
 
@@ -300,7 +309,7 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     data, blocks = problem.regression, len(problem.sensor)
     response, regressors = data.response[:blocks], data.regressors[:blocks]
     residuals = response - regressors @ np.linalg.lstsq(regressors, response)[0]
-    total = max(float(np.mean(residuals**2)), _WHITE_FLOOR)
+    total = max(float(np.mean(residuals**2)), WHITE_FLOOR)
     once, twice = (
         max(float(np.mean(residuals[k:] * residuals[:-k])), 0.05 * total) for k in (1, 2)
     )

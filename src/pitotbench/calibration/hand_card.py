@@ -85,7 +85,7 @@ def _as_meant(
     struck = model.struck_rows | other.struck_rows
     here, there = (
         each.log_evidence(each.likeliest_noise)
-        for each in (CardModel(one.legs, steps, stated, struck, priors) for one in (model, other))
+        for each in (model.without(struck), other.without(struck))
     )
     if there - here + _CLEARLY * (len(slips) - len(fewer)) < _CLEARLY:
         return model, slips, ()
@@ -118,7 +118,7 @@ def _point(own: Sequence[int], model: CardModel, stated: Accuracies) -> CardPoin
         )
         return replace(point, remark="; ".join([*remarks, few]))
     rows = rows_of(legs)
-    if len(set(number := by_track(rows.track % (2.0 * np.pi)))) > 2:  # else too near, or all around
+    if len(set(number := by_track(rows.toward))) > 2:  # else too near, or all around
         rows = replace(rows, leg=number)
     try:
         solved = solve_group(rows)
@@ -126,7 +126,7 @@ def _point(own: Sequence[int], model: CardModel, stated: Accuracies) -> CardPoin
         return replace(point, remark=str(error))
     indicated = float(solved.air.indicated_airspeed)
     true, sigmas = float(solved.answer[0]), model.deviations(used, solved.gain[:, 0])[:, None]
-    (width,) = half_width(model.weights, np.zeros_like(sigmas), sigmas)
+    (width,) = half_width(model.posterior.weights, np.zeros_like(sigmas), sigmas)
     correction, two_sigma = solved.air.corrected(true, float(width), stated)
     if two_sigma > _TOO_WIDE:
         return replace(
@@ -169,9 +169,8 @@ def _curve(configuration: str, model: CardModel) -> ErrorCurve:
     speeds = np.array([leg.indicated_airspeed for leg in own])
     low, high = float(speeds.min()), float(speeds.max())
     at = np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])
-    means, variances = model.curves(at, configuration)
-    mean = model.weights @ means
-    bound = half_width(model.weights, means, np.sqrt(variances))
+    gradient = model.gradient(at, configuration)
+    mean, bound = gradient @ model.posterior.mean, model.posterior.two_sigma(gradient)
     impact, true = air.impact_pressure(at), air.impact_pressure(at + mean)
     height, per_speed = _height(rows_of(own).air, at, mean)
     relative = 1.0 / (impact * air.calibrated_airspeed_slope(impact))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pitotbench import air
 from pitotbench.calibration.options import WITHOUT_TEMPERATURE, Accuracies
 from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.legs import FixedSpeedResult
 from pitotbench.units import (
     DEGREE,
     Array,
@@ -156,20 +157,6 @@ _LAST_STEP = 1e-9  # m/s, of the last step
 _SAME_TRACK = 30.0 * DEGREE  # pieces whose tracks differ by less are one leg
 
 
-@dataclass(frozen=True, slots=True)
-class FixedSpeedResult:
-    """True airspeed [m/s] and wind.
-
-    `spread` [m/s] is the standard deviation of the three-leg answers, None for three legs.
-    `wind_speed` is in m/s, and `wind_from` the direction from which the wind comes [rad, 0 to 2π].
-    """
-
-    true_airspeed: float
-    spread: float | None
-    wind_speed: float
-    wind_from: float
-
-
 def fixed_speed(ground_speed: MetersPerSecond, track: Radians) -> FixedSpeedResult:
     """Solve three or four legs flown at one true airspeed.
 
@@ -197,45 +184,27 @@ def wind_from(wind: Array | list[float]) -> float:
 def answer_of_legs(velocity: Array) -> tuple[Array, float | None]:
     """Return [V, W_N, W_E] [m/s] of the ground velocities of legs, (n, 2), by the method of their
     number, and the spread of the answers of three among four.
+
+    Raises NoAnswerError for tracks that are too similar.
     """
-    if len(velocity) > max(_METHODS):
-        return circle_fit(velocity), None
-    answers = _three_leg_answers(velocity)
+    answers = np.array([circle_fit(velocity[legs]) for legs in _circles(len(velocity))])
     spread = float(answers[:, 0].std(ddof=1)) if len(answers) > 1 else None
     return answers.mean(axis=0), spread
 
 
-def _triples(count: int) -> NDArray[np.intp]:
-    """The legs of each answer of three among some, (m, 3)."""
-    return np.array(list(combinations(range(count), 3)))
+def _circles(count: int) -> list[list[int]]:
+    """The legs of each circle of the method: three of three or four, else all."""
+    size = count if count > max(_METHODS) else min(_METHODS)
+    return [list(legs) for legs in combinations(range(count), size)]
 
 
-def _three_leg_answers(velocity: Array) -> Array:
-    """Return the true airspeed and the wind north and east, (m, 3) [m/s], of every three ground
-    velocities among (n, 2): the circle through their tips.
-
-    Raises NoAnswerError for tracks that are too similar.
-    """
-    three = velocity[_triples(len(velocity))]
-    chords, squares = three[:, 1:] - three[:, :1], np.sum(three**2, axis=2)
-    if np.any(np.linalg.cond(chords) > _ILL_CONDITIONED):
-        raise NoAnswerError(
-            "the legs do not determine the wind: fly three tracks at least 60° apart"
-        )
-    wind = np.linalg.solve(chords, 0.5 * (squares[:, 1:] - squares[:, :1])[..., None])[..., 0]
-    return np.column_stack([np.linalg.norm(three[:, 0] - wind, axis=1), wind])
-
-
-def leg_gain(velocity: Array, answer: Array) -> Array:
+def leg_gain(velocity: Array) -> Array:
     """Change of the answer of `answer_of_legs` per 1 m/s along the flight path in each ground
     velocity, (n, 3) [-].
     """
-    if len(velocity) > max(_METHODS):
-        return circle_gain(velocity, answer)
-    three, gain = _triples(len(velocity)), np.zeros((len(velocity), 3))
-    along = unit(velocity[three] - _three_leg_answers(velocity)[:, None, 1:])
-    jacobian = np.concatenate([np.ones((*three.shape, 1)), along], axis=2)
-    np.add.at(gain, three, np.swapaxes(np.linalg.inv(jacobian), 1, 2) / len(three))
+    circles, gain = _circles(len(velocity)), np.zeros((len(velocity), 3))
+    for legs in circles:
+        gain[legs] += circle_gain(velocity[legs], circle_fit(velocity[legs])) / len(circles)
     return gain
 
 
@@ -259,13 +228,18 @@ def circle_fit(velocity: Array) -> Array:
     """
     columns = np.column_stack([2.0 * velocity, np.ones(len(velocity))])
     if len(velocity) < 3 or np.linalg.cond(columns) > _ILL_CONDITIONED:
-        raise NoAnswerError("the turn does not determine the wind: fly a full one")
+        raise NoAnswerError(
+            "the tracks do not determine the wind: fly three at least 60° apart, or a full turn"
+        )
     north, east, rest = np.linalg.lstsq(columns, np.sum(velocity**2, axis=1))[0]
     answer = np.array([np.sqrt(rest + north**2 + east**2), north, east])
     for _ in range(_STEPS):
         left = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]
         jacobian = np.column_stack([np.ones(len(velocity)), unit(velocity - answer[1:])])
-        answer = answer + np.linalg.lstsq(jacobian, left)[0]
+        step = np.linalg.lstsq(jacobian, left)[0]
+        answer = answer + step
+        if np.max(np.abs(step)) < _LAST_STEP:
+            break
     return answer
 
 
@@ -292,16 +266,14 @@ def circle_gain(velocity: Array, answer: Array) -> Array:
 # apply as published.
 
 
-def by_track(track: Radians) -> NDArray[np.intp]:
-    """Return the numbers of the legs, (n,), of pieces on tracks (n,): pieces on one track are one
-    leg, and the legs are numbered by track.
+def by_track(toward: Array) -> NDArray[np.intp]:
+    """Return the numbers of the legs, (n,), of pieces along unit vectors (n, 2): pieces on one
+    track are one leg.
     """
-    order = np.argsort(track)
-    leg = np.empty(len(track), dtype=np.intp)
-    leg[order] = np.concatenate([[0], np.cumsum(np.diff(track[order]) > _SAME_TRACK)])
-    if track[order[0]] + 2.0 * np.pi - track[order[-1]] <= _SAME_TRACK:  # on both sides of south
-        leg[leg == leg.max()] = 0
-    return leg
+    from scipy.sparse.csgraph import connected_components  # slow to load
+
+    near = toward @ toward.T >= np.cos(_SAME_TRACK)
+    return np.asarray(connected_components(near, directed=False)[1], dtype=np.intp)
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,7 +281,8 @@ class Legs:
     """Rows (n,) in the order of `time`: seconds of a log, or legs of a card.
 
     `air` is that of each row. `toward` (n, 2) is the unit vector of the track, or of the heading
-    where `by_heading`. `leg` is the number of each row's leg or piece of flight; a turn is one leg.
+    where `by_heading`. `leg` is the number of each row's leg or piece of flight; in a turn each row
+    is a leg.
     """
 
     air: LegAir
@@ -319,11 +292,6 @@ class Legs:
     by_heading: Booleans
     leg: NDArray[np.intp]
     turning: bool = False
-
-    @property
-    def legs(self) -> int:
-        """The number of legs."""
-        return int(self.leg.max()) + 1
 
     @property
     def track(self) -> Radians:
@@ -349,13 +317,14 @@ class Legs:
         return [self.at(rows) for rows in np.split(order, first[1:])] if len(order) else []
 
     def leg_means(self, data: Array) -> Array:
-        """Means of (n,) or (n, k) data over each leg, (legs,) or (legs, k)."""
-        return np.stack([data[self.leg == number].mean(axis=0) for number in range(self.legs)])
+        """Means of (n, k) data over each leg, (legs, k)."""
+        sums = [np.bincount(self.leg, column) for column in data.T]
+        return np.stack(sums, axis=1) / np.bincount(self.leg)[:, None]
 
     def mean_air(self) -> LegAir:
         """The mean air. Every leg has the same weight, as in the methods' airspeed."""
         channels = self.air.true_airspeed(), self.air.static_pressure, self.air.probe_temperature
-        airspeed, pressure, probe = (self.leg_means(each).mean() for each in channels)
+        airspeed, pressure, probe = self.leg_means(np.column_stack(channels)).mean(axis=0)
         impact = pressure * impact_ratio(airspeed, probe, self.air.probe_heating)
         return replace(
             self.air,
@@ -400,22 +369,16 @@ def solve_group(group: Legs) -> SolvedGroup:
         moved = group.ground_speed[:, None] * path
         velocity = moved - off * unit(moved - answer[1:])
         before = answer
-        answer, spread = (
-            (circle_fit(velocity), None)
-            if group.turning
-            else answer_of_legs(group.leg_means(velocity))
-        )
+        answer, spread = answer_of_legs(group.leg_means(velocity))
         if np.max(np.abs(answer - before)) < _LAST_STEP:
             break
     along = unit(velocity - answer[1:])
     residual = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]
-    if group.turning:
-        method, gain = "turn", circle_gain(velocity, answer)
-    else:
-        method, legs = _METHODS.get(group.legs, "many_leg"), group.leg_means(velocity)
-        share = np.sum(along * unit(legs - answer[1:])[group.leg], axis=1)
-        share = share / np.bincount(group.leg)[group.leg]
-        gain = share[:, None] * leg_gain(legs, answer)[group.leg]
-    if group.turning or group.legs > max(_METHODS):
+    legs = group.leg_means(velocity)
+    share = np.sum(along * unit(legs - answer[1:])[group.leg], axis=1)
+    share = share / np.bincount(group.leg)[group.leg]
+    gain = share[:, None] * leg_gain(legs)[group.leg]
+    if len(legs) > max(_METHODS):
         spread = float(residual.std(ddof=3))
+    method = "turn" if group.turning else _METHODS.get(len(legs), "many_leg")
     return SolvedGroup(group, air, method, velocity, answer, spread, along, residual, gain)

@@ -3,12 +3,13 @@ for each group, with bounds.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.calibration.covering_problem import WindNoise
+from pitotbench.calibration.covering_problem import WHITE_FLOOR, WindNoise, wind_log_prior
 from pitotbench.calibration.leg_methods import (
     LegAir,
     Legs,
@@ -17,7 +18,8 @@ from pitotbench.calibration.leg_methods import (
     solve_group,
     unit,
 )
-from pitotbench.calibration.observations import Observations, observe
+from pitotbench.calibration.location import STATIC, assumed_location
+from pitotbench.calibration.observations import Blocks, Observations, intervals_of, observe
 from pitotbench.calibration.options import (
     AUTO,
     PRIORS,
@@ -27,16 +29,16 @@ from pitotbench.calibration.options import (
     accuracies_of,
     priors_of,
 )
-from pitotbench.calibration.reduction import one_thread
+from pitotbench.calibration.reduction import Reduction, one_thread, reduce_log
 from pitotbench.calibration.screening import SECOND
 from pitotbench.estimation.mixture import half_width
-from pitotbench.estimation.noise import Intervals
-from pitotbench.estimation.restricted_likelihood import weighted_noises
+from pitotbench.estimation.restricted_likelihood import Regression, weighted_noises
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
-from pitotbench.units import DEGREE, KNOT, Array, Seconds
+from pitotbench.timeline import interval
+from pitotbench.units import DEGREE, KNOT, Array
 
 _WHOLE = 0.8  # share of a block's rows that must be present
 
@@ -47,32 +49,50 @@ def labeled(log: FlightLog) -> bool:
 
 
 def block_means(log: FlightLog, obs: Observations) -> Legs:
-    """Average the log's rows in blocks; where the log marks rows as on condition, those alone. A
-    run is a piece; `time` [s] is the middle of the block.
+    """Average the log's rows in seconds; where the log marks rows as on condition, those alone.
+
+    A run is a piece, and begins with a whole second; incomplete seconds are left out. `time` [s]
+    is that of the block, a whole number: the runs move by a second each, so that none meet.
     """
     run = _runs(log, obs)
-    north, east = obs.velocity_north, obs.velocity_east
-    channels = np.stack(
-        [
-            obs.impact_pressure,
-            obs.static_pressure,
-            obs.probe_temperature,
-            np.hypot(north, east),  # the mean of a turning vector is too short
-            north,
-            east,
-        ]
+    flown = obs.at(run >= 0)
+    _, begins, run = np.unique(run[run >= 0], return_index=True, return_inverse=True)
+    start = flown.time[begins][run]
+    ahead = np.floor(start - obs.time[0]) + run
+    # Only seconds that have rows are formed: with one wrong time stamp, all up to the last would
+    # fill the memory.
+    cell, first, index, count = np.unique(
+        np.floor((flown.time - start) / SECOND + 1e-6) + ahead,
+        return_index=True,
+        return_inverse=True,
+        return_counts=True,
     )
-    rows_a_block = SECOND / float(np.median(np.diff(obs.time)))
-    rows = np.flatnonzero(run >= 0)
-    table = _means(obs.time[rows], channels[:, rows], rows_a_block, run[rows])
-    time, impact, pressure, temperature, speed, north, east, number = table
+    blocks = Blocks(
+        index, count.astype(np.float64), intervals_of(cell.astype(np.intp), SECOND), SECOND
+    )
+    whole = np.flatnonzero(count >= _WHOLE * SECOND / interval(obs.time))
+    north, east = flown.velocity_north, flown.velocity_east
+    # The mean of a turning vector is too short.
+    channels = blocks.mean(
+        np.column_stack(
+            [
+                flown.impact_pressure,
+                flown.static_pressure,
+                flown.probe_temperature,
+                np.hypot(north, east),
+                north,
+                east,
+            ]
+        )
+    )[whole]
+    impact, pressure, temperature, speed = channels.T[:4]
     return Legs(
         LegAir(impact, pressure, temperature, obs.probe_heating, standard_day=obs.standard_day),
-        time,
+        cell[whole] * SECOND,
         speed,
-        unit(np.stack([north, east], axis=1)),
-        np.zeros(len(time), dtype=np.bool_),
-        number.astype(np.intp),
+        unit(channels[:, 4:]),
+        np.zeros(len(whole), dtype=np.bool_),
+        run[first[whole]],
     )
 
 
@@ -82,36 +102,12 @@ def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
     A run is a segment without its rows off condition. In a log without segments it is an
     uninterrupted stretch on condition.
     """
-    changed = np.diff(obs.stretch) != 0
     on = np.ones(len(obs), dtype=np.bool_)
     if log.on_condition is not None and labeled(log):
         on = log.on_condition[obs.used]
-    if log.segment is not None:
-        segment = log.segment[obs.used]
-        changed |= segment[1:] != segment[:-1]
-    else:
-        changed |= on[1:] != on[:-1]
+    segment = on if log.segment is None else log.segment[obs.used]
+    changed = (np.diff(obs.stretch) != 0) | (segment[1:] != segment[:-1])
     return np.where(on, np.concatenate([[0], np.cumsum(changed)]), -1)
-
-
-def _means(time: Seconds, channels: Array, rows_a_block: float, run: NDArray[np.intp]) -> Array:
-    """Time, means and number of the run, (c + 2, blocks), for rows (n,) in runs. Incomplete blocks
-    are left out.
-    """
-    if not len(run):
-        return np.zeros((len(channels) + 2, 0))
-    begun = np.diff(run, prepend=-1) != 0
-    start = time[begun][np.cumsum(begun) - 1]  # of the row's run
-    # Only blocks that have rows are formed: with one wrong time stamp, all up to the last would
-    # fill the memory.
-    block = np.floor((time - start) / SECOND + 1e-6)
-    first = np.flatnonzero(begun | (np.diff(block, prepend=-1.0) != 0.0))
-    count = np.diff(first, append=len(run))
-    index = np.repeat(np.arange(len(first)), count)
-    whole = count >= _WHOLE * rows_a_block
-    means = np.stack([np.bincount(index, channel) for channel in channels])[:, whole] / count[whole]
-    middle = start[first] + (block[first] + 0.5) * SECOND
-    return np.vstack([middle[whole], means, run[first][whole]])
 
 
 # Where the log marks what was on condition, the marks are used. Else straight legs and turns are
@@ -128,10 +124,11 @@ _TURN_RATE = 1.0 * DEGREE
 # m/s² of ground speed: above it the airspeed is being changed (no labels)
 _ACCELERATION = 0.5 * KNOT
 _WINDOW = 2  # blocks to either side, for rates of change (no labels)
-# Limits between the halves of a piece and between neighbors of one group: m/s of airspeed, and a
-# share of the static pressure, about 300 ft.
+# Limits between the halves of a piece: m/s of airspeed, and a share of the static pressure, about
+# 300 ft.
 _DRIFT = 3.0 * KNOT
 _LEVEL = 0.01
+_ALIKE = 1.3  # times these: the mean difference between the legs of a group, at most
 
 
 def steady_groups(log: FlightLog, obs: Observations) -> tuple[Legs, ...]:
@@ -141,16 +138,31 @@ def steady_groups(log: FlightLog, obs: Observations) -> tuple[Legs, ...]:
         blocks = _stretches(blocks)
     long = [p for p in blocks.pieces() if len(p.time) * SECOND >= _SHORTEST and _holds(p)]
     turns = [
-        replace(piece, leg=0 * piece.leg, turning=True)
+        replace(piece, leg=np.arange(len(piece.leg)), turning=True)
         for piece in long
         if np.ptp(piece.track) >= _FULL_TURN
     ]
     straight = [
         piece for piece in long if abs(float(np.diff(_halves(piece.track))[0])) <= _STRAIGHT
     ]
-    groups = [_as_legs(blocks, pieces) for pieces in _by_airspeed(straight)]
-    useful = [*turns, *(group for group in groups if group.legs >= 3)]
-    return tuple(sorted(useful, key=_airspeed))
+    return tuple(sorted([*turns, *_groups(blocks, straight)], key=_airspeed))
+
+
+def _groups(blocks: Legs, pieces: list[Legs]) -> list[Legs]:
+    """Join pieces of the blocks at one airspeed and height to groups of legs on three tracks or
+    more: those that differ little in the mean.
+    """
+    if len(pieces) < 3:
+        return []
+    from scipy.cluster.hierarchy import fclusterdata  # slow to load
+
+    heights = [float(np.log(piece.air.static_pressure.mean())) for piece in pieces]
+    flown = np.column_stack([[_airspeed(piece) / _DRIFT for piece in pieces], heights])
+    flown[:, 1] /= _LEVEL
+    group = fclusterdata(flown, _ALIKE, "distance", method="average")
+    groups = [[p for p, own in zip(pieces, group, strict=True) if own == n] for n in set(group)]
+    found = [_as_legs(blocks, own) for own in groups if len(own) >= 3]
+    return [legs for legs in found if legs.leg.max() >= 2]
 
 
 def _airspeed(piece: Legs) -> float:
@@ -192,107 +204,54 @@ def _halves(values: Array) -> Array:
     return np.array([values[:middle].mean(), values[middle:].mean()])
 
 
-def _by_airspeed(pieces: list[Legs]) -> list[list[Legs]]:
-    """Group pieces by height, then by airspeed. No chain of neighbors spans more than twice the
-    limit.
-    """
-    heights = [float(np.log(piece.air.static_pressure.mean())) for piece in pieces]
-    return [
-        chain
-        for level in _chains(pieces, heights, _LEVEL)
-        for chain in _chains(level, [_airspeed(piece) for piece in level], _DRIFT)
-    ]
-
-
-def _chains(pieces: list[Legs], values: list[float], step: float) -> list[list[Legs]]:
-    chains: list[list[Legs]] = []
-    first = last = -np.inf
-    for place in np.argsort(values):
-        value = values[place]
-        if value - last > step or value - first > 2.0 * step:
-            chains.append([])
-            first = value
-        chains[-1].append(pieces[place])
-        last = value
-    return chains
-
-
 def _as_legs(blocks: Legs, pieces: list[Legs]) -> Legs:
-    """Join pieces of the blocks, those on one track to one leg. The legs are numbered by track."""
-    leg = by_track(np.array([np.arctan2(*(p.ground_speed @ p.toward)[::-1]) for p in pieces]))
+    """Join pieces of the blocks, those on one track to one leg."""
+    leg = by_track(unit(np.stack([p.ground_speed @ p.toward for p in pieces])))
     leg_of = np.full(int(blocks.leg.max()) + 1, -1)
     leg_of[[piece.leg[0] for piece in pieces]] = leg
     joined = replace(blocks, leg=leg_of[blocks.leg])
     return joined.at(joined.leg >= 0)
 
 
-_STATIC = "static"
+def _location(
+    log: FlightLog, options: CalibrationOptions, found: Calibration | None
+) -> tuple[float, float]:
+    """Return the share of the static source in the answer, and the standard deviation that its
+    doubt adds, as a share of the difference between the locations.
 
-
-@dataclass(frozen=True, slots=True)
-class LikelyLocation:
-    """`static` is the share of the static source in the answer.
-
-    `doubt` is the standard deviation that the location adds, as a share of the difference between
-    the locations.
+    They are those of the curve's calibration, which is made here where it is not given and the
+    height may tell. Without its evidence the static source is an assumption, and the difference is
+    one standard deviation.
     """
-
-    static: float
-    doubt: float
-
-
-def location_of(
-    options: CalibrationOptions, location: str, probability: float | None = None
-) -> LikelyLocation:
-    """The location that a calibration found: its options, its place of the error and the
-    probability of a static source, None without evidence."""
-    if probability is not None:
-        return LikelyLocation(probability, float((probability * (1.0 - probability)) ** 0.5))
-    # Without evidence the static source is an assumption, and the difference is one standard
-    # deviation.
-    assumed = (
-        options.error_location == AUTO and options.method == "covering" and location == _STATIC
-    )
-    return LikelyLocation(float(location == _STATIC), float(assumed))
-
-
-def likely_location(log: FlightLog, options: CalibrationOptions) -> LikelyLocation:
-    """Judge the location by the height where the log has it; else take the usual one, with doubt."""
-    if options.error_location != AUTO:
-        return location_of(options, options.error_location)
-    # Slow to load; a stated location needs no fit.
-    from pitotbench.calibration.location import assumed_location
-    from pitotbench.calibration.reduction import reduce_log
-
-    if log.altitude is not None and options.use_altitude:
-        try:
+    location, probability = options.error_location, None
+    fit: Calibration | Reduction | None = found
+    free = location == AUTO
+    if free and fit is None and log.altitude is not None and options.use_altitude:
+        with suppress(NoAnswerError, BadInputError):  # too few airspeeds for a curve
             fit = reduce_log(log, replace(options, method="covering", latency="given"))
-        except (NoAnswerError, BadInputError):  # too few airspeeds for a curve
-            pass
-        else:
-            return location_of(options, fit.error_location, fit.diagnostics.static_probability)
-    return location_of(options, assumed_location(log.header))
+    if fit is not None:
+        location, probability = fit.error_location, fit.diagnostics.static_probability
+    elif free:
+        location = assumed_location(log.header)
+    if probability is not None:
+        return probability, float(np.sqrt(probability * (1.0 - probability)))
+    static = location == STATIC
+    return float(static), float(static and free and options.method == "covering")
 
 
 # The bound of a fixed-speed answer, from the gusts and the sensor noise that the legs show. The
-# residual of ground velocity and air data, without airspeed and wind, is white noise plus the gust
-# along the flight path. The gust is a horizontal first-order Gauss-Markov vector of Dryden's
-# length. The levels come from all legs and turns of the log together, by restricted likelihood. The
-# methods are not least squares, so each plausible noise is propagated with the weights of the
-# method. The bound is that of the mixture over the noises. The likelihood treats the gusts of
-# different groups as independent. Each group's airspeed and wind then need only a 4 x 4 matrix of
-# products, and the cost is proportional to the length of the log instead of its cube. Within a
-# group all correlations count. Compared with the likelihood of all legs at once, no 2σ of the five
-# maneuvers and three data systems changes by more than 0.02 %.
+# residual of ground velocity and air data, without airspeed and wind, has the noise of a
+# calibration: white noise plus the gust along the flight path. The noises that are likely come from
+# all legs and turns of the log together, by its restricted likelihood. The methods are not least
+# squares, so each likely noise is propagated with the weights of the method. The bound is that of
+# the mixture over the noises. The likelihood treats the gusts of different groups as independent:
+# each group has an airspeed and a wind of its own, and the cost is proportional to the length of
+# the log. Compared with the likelihood of all legs at once, no 2σ of the five maneuvers and three
+# data systems changes by more than 0.02 %.
 
 _FLOOR = 1e-4  # m/s: keeps the covariance regular for legs without noise
-# One standard deviation of the prior on the gust length, as a factor. Legs of half a minute tell
-# little about it.
-_LENGTH_FACTOR = 1.6
-# s, between groups: some thousand correlation times, so their gusts are independent
-_FORGOTTEN = 1e5
-# s, greatest distance between the middles of two blocks that share an edge
-_TOUCHING = 1.01 * SECOND
+# times the gusts: white noise so far above them that the covariance is linear in them
+_FAR_ABOVE = 1e4
 
 
 def two_sigma(groups: Sequence[SolvedGroup], priors: Priors = PRIORS) -> list[Array]:
@@ -312,133 +271,61 @@ def plausible_noises(groups: Sequence[SolvedGroup], priors: Priors = PRIORS) -> 
     level = float(np.concatenate([group.residual for group in groups]).std())
     if level < _FLOOR:  # computed legs without noise
         return np.log([[_FLOOR, priors.gust_length_m, _FLOOR]]), np.ones(1)
-    likelihood = LegLikelihood(groups)
-
-    def log_posterior(noise: Array) -> float:
-        try:
-            return likelihood.of(noise) + _log_prior(noise, priors)
-        except np.linalg.LinAlgError:
-            return -np.inf  # the search rejects this noise
-
-    return weighted_noises(log_posterior, np.log([level, priors.gust_length_m, 0.3 * level]))
-
-
-def _log_prior(phi: Array, priors: Priors = PRIORS) -> float:
-    """The prior of the covering method: half-normal levels, log-normal length, as densities of the
-    logarithms.
-    """
-    deviation, white = np.exp(phi[0]), np.exp(phi[2])
-    levels = (
-        -0.5 * (deviation / priors.gust_mps) ** 2
-        - 0.5 * (white / priors.white_mps) ** 2
-        + phi[0]
-        + phi[2]
-    )
-    return float(
-        levels - 0.5 * ((phi[1] - np.log(priors.gust_length_m)) / np.log(_LENGTH_FACTOR)) ** 2
+    start = np.log([level, priors.gust_length_m, 0.3 * level])
+    return weighted_noises(
+        [(regression_of(group), noise_of(group)) for group in groups],
+        wind_log_prior(priors, priors.gust_length_factor),
+        start,
     )
 
 
-class LegLikelihood:
-    """The restricted likelihood of the noise. Each group has a separate airspeed and wind."""
-
-    def __init__(self, groups: Sequence[SolvedGroup]) -> None:
-        lengths = [len(group.group.time) for group in groups]
-        self._first = np.cumsum([0, *lengths[:-1]])
-        along = np.concatenate([group.along for group in groups])
-        intervals = _intervals(groups, self._first)
-        airspeed = np.repeat([group.answer[0] for group in groups], lengths)
-        sensor = np.zeros(len(along))  # in the white part
-        self._noise_of = WindNoise(
-            intervals, intervals.at_edges(airspeed), along[None], sensor, memory=None
-        )
-        residual = np.concatenate([group.residual for group in groups])
-        self._data = np.column_stack([np.ones(len(residual)), along, residual])
-
-    def of(self, noise: Array) -> float:
-        """The restricted log-likelihood (Harville 1974), up to a constant.
-
-        `noise` (3,) is ln(gust deviation [m/s], gust length [m], white deviation [m/s]).
-        Raises numpy.linalg.LinAlgError where the legs do not determine airspeed and wind.
-        """
-        factored = self._noise_of(noise)
-        weighed = factored.weigh(self._data)
-        products = np.add.reduceat(self._data[:, :, None] * weighed[:, None, :], self._first)
-        scale = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
-        factors = np.linalg.cholesky(products / scale[:, :, None] / scale[:, None, :])
-        # The last row of a factor holds the residual explained by airspeed and wind; its last
-        # element is the rest.
-        pivots = np.diagonal(factors, axis1=1, axis2=2) * scale
-        log_normal = 2.0 * np.sum(np.log(pivots[:, :-1]))
-        return float(-0.5 * (factored.log_determinant + log_normal + np.sum(pivots[:, -1] ** 2)))
+def regression_of(group: SolvedGroup) -> Regression:
+    """The equations of a group's seconds, with its airspeed and its wind as unknowns."""
+    columns = np.column_stack([np.ones(len(group.along)), group.along])
+    return Regression(group.residual, columns, columns, np.zeros(3))
 
 
-def _intervals(groups: Sequence[SolvedGroup], first: NDArray[np.intp]) -> Intervals:
-    """The seconds of all groups in one series, with gaps between groups that no gust correlation
-    spans.
-    """
-    step = np.diff(np.concatenate([group.group.time for group in groups]))
-    step[first[1:] - 1] = _FORGOTTEN
-    time = np.concatenate([[0.0], np.cumsum(np.minimum(step, _FORGOTTEN))])
-    left = np.concatenate([[0], np.cumsum(np.where(step < _TOUCHING, 1, 2))])
-    edges = np.empty(left[-1] + 2)
-    edges[left + 1] = time + 0.5 * SECOND
-    edges[left] = time - 0.5 * SECOND
-    return Intervals(edges, left)
+def noise_of(group: SolvedGroup) -> WindNoise:
+    """The noise of a group's seconds; that of the sensors is in the white part."""
+    intervals = intervals_of(np.rint(group.group.time / SECOND).astype(np.intp), SECOND)
+    airspeed = np.full(len(intervals.edges), float(group.answer[0]))
+    return WindNoise(intervals, airspeed, group.along[None], np.zeros(len(group.along)), None)
 
 
 def answer_variances(group: SolvedGroup, noises: Array) -> Array:
     """Variances of a group's airspeed and wind components [(m/s)²], (m, 3), under noises (m, 3).
 
-    The noise is white noise plus the exact mean of the gust over each second.
+    With the covariance S of the gusts and the gain g, gᵀSg = d (gᵀg − d gᵀ(S + d)⁻¹g) for white
+    noise of a variance d far above S, to S/d.
     """
-    deviation, length, white = np.exp(noises.T)
-    a = SECOND * float(group.answer[0]) / length
-    same, other = 2.0 * (a - 1.0 + np.exp(-a)) / a**2, 2.0 * (np.cosh(a) - 1.0) / a**2
-    # (n, 3, 2): change of the answer per gust component
-    seen = group.gain[:, :, None] * group.along[:, None, :]
-    earlier = _remembered(
-        seen, np.exp(-a * np.diff(group.group.time, prepend=group.group.time[0])[:, None] / SECOND)
-    )
-    shared = 2.0 * np.einsum("nkc,nmkc->mk", seen, earlier)
-    gust = same[:, None] * np.sum(seen**2, axis=(0, 2)) + other[:, None] * shared
-    return np.asarray(
-        deviation[:, None] ** 2 * gust + white[:, None] ** 2 * np.sum(group.gain**2, axis=0)
-    )
-
-
-def _remembered(seen: Array, decay: Array) -> Array:
-    """The sum over all earlier seconds, weighted by their correlation with this one, (n, m, 3, 2).
-
-    `decay` (n, m) is the correlation with the second before. One pass is enough: with an
-    exponential correlation each sum follows from the last.
-    """
-    sums = np.zeros((*decay.shape, *seen.shape[1:]))
-    for second in range(1, len(seen)):
-        sums[second] = decay[second, :, None, None] * (sums[second - 1] + seen[second - 1])
-    return sums
+    deafened = noises.copy()
+    deafened[:, 2] = noises[:, 0] + np.log(_FAR_ABOVE)
+    far, squares = np.exp(2.0 * deafened[:, 2:]) + WHITE_FLOOR, np.sum(group.gain**2, axis=0)
+    weighed = noise_of(group).stack(deafened).weigh(group.gain)
+    gusts = far * (squares - far * np.einsum("nk,mnk->mk", group.gain, weighed))
+    return np.asarray(gusts + np.exp(2.0 * noises[:, 2:]) * squares)
 
 
 def fixed_speed_points(
     log: FlightLog,
     options: CalibrationOptions | None = None,
-    location: LikelyLocation | None = None,
+    found: Calibration | None = None,
 ) -> tuple[FixedSpeedPoint, ...]:
     """One point for each full turn and each group of legs on three or more tracks at one airspeed.
 
-    `location` is that of the error, where a fit has found it; else it is judged as a fit of the
-    curve does. The used options are the row selection, the recovery factor, the error location, the
+    The location of the error is that of the curve's calibration `found`; without one it is judged
+    as a fit of the curve does. The used options are the row selection, the recovery factor, the error location, the
     priors of gusts and white noise, and the accuracies (stated, else the header's, else the usual
     ones). The 2σ covers gusts, sensor noise and GPS noise as found in the log, and the accuracies.
     Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or
     turns.
     """
     with one_thread():
-        return _points(log, options or CalibrationOptions(), location)
+        return _points(log, options or CalibrationOptions(), found)
 
 
 def _points(
-    log: FlightLog, options: CalibrationOptions, location: LikelyLocation | None
+    log: FlightLog, options: CalibrationOptions, found: Calibration | None
 ) -> tuple[FixedSpeedPoint, ...]:
     solved = [solve_group(group) for group in steady_groups(log, observe(log, options))]
     if not solved:
@@ -447,8 +334,7 @@ def _points(
             "airspeed and height; "
             "fly four legs 90° apart, at least 5 s each, or a full turn at constant bank"
         )
-    stated = accuracies_of(options.accuracies, log.header)
-    place = location or likely_location(log, options)
+    stated, place = accuracies_of(options.accuracies, log.header), _location(log, options, found)
     return tuple(
         _point(one, bound, stated, place)
         for one, bound in zip(solved, two_sigma(solved, priors_of(options.priors)), strict=True)
@@ -456,25 +342,25 @@ def _points(
 
 
 def _point(
-    one: SolvedGroup, bound: Array, stated: Accuracies, place: LikelyLocation
+    one: SolvedGroup, bound: Array, stated: Accuracies, place: tuple[float, float]
 ) -> FixedSpeedPoint:
     """The point, with the doubt about the location of the error in its correction and its bound."""
-    group, true = one.group, float(one.answer[0])
+    group, true, (share, doubt) = one.group, float(one.answer[0]), place
     (static, static_bound), (total, total_bound) = (
         replace(one.air, static_error=where).corrected(true, float(bound[0]), stated)
         for where in (True, False)
     )
-    correction = total + place.static * (static - total)
-    likely_bound = static_bound if place.static >= 0.5 else total_bound
+    correction = total + share * (static - total)
+    likely_bound = static_bound if share >= 0.5 else total_bound
     indicated = float(one.air.indicated_airspeed)
     return FixedSpeedPoint(
         method=one.method,
-        legs=group.legs,
+        legs=1 if group.turning else int(group.leg.max()) + 1,
         seconds=len(group.time) * SECOND,
         indicated_airspeed=indicated,
         calibrated_airspeed=indicated + correction,
         correction=correction,
-        two_sigma=float(np.hypot(likely_bound, 2.0 * place.doubt * (static - total))),
+        two_sigma=float(np.hypot(likely_bound, 2.0 * doubt * (static - total))),
         true_airspeed=true,
         true_airspeed_two_sigma=float(bound[0]),
         spread=one.spread,
@@ -489,13 +375,9 @@ def cross_check(
 ) -> tuple[FixedSpeedPoint, ...]:
     """The fixed-speed points to compare a curve with; none where the log has no such legs or turns.
 
-    The location of the error is that of the curve's calibration, where it is given.
+    `options` and `found` are as for `fixed_speed_points`.
     """
-    chosen = options or CalibrationOptions()
-    location = None
-    if found is not None:
-        location = location_of(chosen, found.error_location, found.diagnostics.static_probability)
     try:
-        return fixed_speed_points(log, chosen, location)
+        return fixed_speed_points(log, options, found)
     except NoAnswerError:
         return ()

@@ -508,12 +508,12 @@ def divide(obs: Observations, length: float) -> Blocks:
     later = np.zeros(len(cell), dtype=np.intp)
     later[begins] = cell[begins] == cell[begins - 1]
     cell, index, count = np.unique(cell + np.cumsum(later), return_inverse=True, return_counts=True)
-    return Blocks(index, count.astype(np.float64), _intervals(cell, length), length)
+    return Blocks(index, count.astype(np.float64), intervals_of(cell, length), length)
 
 
-def _intervals(cell: NDArray[np.intp], length: float) -> Intervals:
-    """Edges of the blocks in cells (n,). Neighbors share one; after an empty cell there is a new
-    one.
+def intervals_of(cell: NDArray[np.intp], length: float) -> Intervals:
+    """Return the edges of blocks of a length [s] in cells (n,). Neighbors share one; after an empty
+    cell there is a new one.
     """
     joined = np.concatenate([[False], (np.diff(cell) == 1)])
     left = np.cumsum(np.where(joined, 1, 2)) - 2

@@ -177,5 +177,5 @@ def _of_legs(options: argparse.Namespace) -> None:
     speeds = stated_numbers("--ground-speed-kt", options.ground_speed_kt, form)
     tracks = stated_numbers("--track-deg", options.track_deg, form)
     found = fixed_speed(np.multiply(KNOT, speeds), np.multiply(DEGREE, tracks))
-    answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
+    answer = legs_json(found)
     tell(options, lambda: answer, lambda: legs_tree(answer))

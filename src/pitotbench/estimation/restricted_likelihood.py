@@ -6,7 +6,7 @@ coefficients β and accounts for the degrees of freedom that they take. The nois
 prior; their posterior is represented by its mode and a few nodes around it.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain, product
 
@@ -335,16 +335,19 @@ def noise_posterior(
     return _nodes(problem, noise_of, log_prior, mode, curvature)
 
 
-def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array]:
-    """Values of φ around the mode of any log-posterior, (m, d), and their weights, (m,), which add
-    up to one.
+def weighted_noises(
+    problems: Sequence[tuple[Regression, NoiseOf]], log_prior: LogPrior, start: Array
+) -> tuple[Array, Array]:
+    """Return nodes of the posterior of φ, (m, d), and their weights, (m,), which add up to one, of
+    several problems that share φ alone.
 
-    `log_posterior` returns −inf where the data determine nothing; `start` is a first guess of the
-    mode. Raises NoAnswerError where no mode is found.
+    Raises as `noise_posterior` does.
     """
+    heights_of_each = [_heights_of(*problem, lambda _: 0.0) for problem in problems]
 
     def heights(phis: Array) -> Array:
-        return np.array([log_posterior(phi) for phi in phis])
+        prior = np.array([log_prior(phi) for phi in phis])
+        return np.asarray(prior + sum(heights_of(phis) for heights_of in heights_of_each))
 
     places, base, _ = _places(*_climb(heights, start, _LEAST_GAIN))
     return places, _weights(base, heights(places))

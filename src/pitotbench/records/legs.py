@@ -8,6 +8,21 @@ from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.calibration import FixedSpeedPoint as FixedSpeedPoint
 from pitotbench.units import DEGREE, FOOT, KNOT
 
+
+@dataclass(frozen=True, slots=True)
+class FixedSpeedResult:
+    """True airspeed [m/s] and wind of legs without air data.
+
+    `spread` [m/s] is the standard deviation of the three-leg answers, None for three legs.
+    `wind_speed` is in m/s, and `wind_from` the direction from which the wind comes [rad, 0 to 2π].
+    """
+
+    true_airspeed: float
+    spread: float | None
+    wind_speed: float
+    wind_from: float
+
+
 # A card written by hand: its legs, and what they give: a point each airspeed and a curve each
 # configuration.
 

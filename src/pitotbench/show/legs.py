@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from pitotbench.records.legs import CardPoint, FlyByPoint, HandCard, HandPlan
+from pitotbench.records.legs import CardPoint, FixedSpeedResult, FlyByPoint, HandCard, HandPlan
 from pitotbench.show.calibration import Correction, correction_sentence, doubts_of_curve
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.curve_rows import CurvePoint, curve_points, prior_sentences
@@ -13,16 +13,13 @@ from pitotbench.show.words import listed
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 
-def legs_json(
-    true_airspeed: float, spread: float | None, wind_speed: float, wind_from: float
-) -> dict[str, Any]:
-    """The answer of legs that were typed by hand: true airspeed, spread and wind speed [m/s] and
-    the direction [rad] that the wind comes from, as plain data in knots and degrees."""
+def legs_json(found: FixedSpeedResult) -> dict[str, Any]:
+    """The answer of legs that were typed by hand as plain data, in knots and degrees."""
     return {
-        "true_airspeed_kt": true_airspeed / KNOT,
-        "spread_kt": None if spread is None else spread / KNOT,
-        "wind_speed_kt": wind_speed / KNOT,
-        "wind_from_deg": wind_from / DEGREE,
+        "true_airspeed_kt": found.true_airspeed / KNOT,
+        "spread_kt": _scaled(found.spread, KNOT),
+        "wind_speed_kt": found.wind_speed / KNOT,
+        "wind_from_deg": found.wind_from / DEGREE,
     }
 
 

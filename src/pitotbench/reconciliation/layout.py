@@ -53,9 +53,8 @@ from pitotbench.units import DEGREE, Array, Booleans
 
 PASCAL_A_METER = 10.0  # of height near the ground, rounded
 VANE_ROUNDS = 3  # Gauss-Newton steps
-# rad (rms) of a vane, from which the force meter follows it: 2 % of its scale. Of flights without
-# an error the fit moves no vane by half of that.
-VANE_MOVED = 0.001
+VANE_MOVED = 0.001  # rad (rms) of a vane, from which the force meter follows it: 2 % of its scale
+VANE_SHOWN = 3.0  # deviations from which the error of a vane is one
 MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its effects
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
 # a gap where the day is stated; a free parameter where it is not
@@ -163,9 +162,9 @@ def lay_out(
 
 def vane_errors(layout: Layout) -> dict[str, float]:
     """Return the errors of the vanes that a log shows beside the sizes of all effects, by the name
-    of the free parameter.
+    of the free parameter; 0 for those that it does not show.
 
-    Without the effects beside it, a pitch stiffness that is half off would look like a vane.
+    Without the effects, a pitch stiffness that is half off would look like a vane.
     """
     every = layout.free.with_columns(
         {
@@ -174,8 +173,9 @@ def vane_errors(layout: Layout) -> dict[str, float]:
             if not reads_gusts(s.effect)
         }
     )
-    sizes = fit_free_parameters(layout.residuals.values, every, layout.used).sizes.tolist()
-    found = dict(zip(every.names, sizes, strict=True))
+    fit = fit_free_parameters(layout.residuals.values, every, layout.used)
+    shown = np.abs(fit.sizes) > VANE_SHOWN * fit.deviations
+    found = dict(zip(every.names, np.where(shown, fit.sizes, 0.0).tolist(), strict=True))
     return {name: found[name] for name in VANE_PARAMETERS if name in found}
 
 

@@ -375,13 +375,18 @@ TINY = 1e-12  # added to a scale: a channel without any change must not divide b
 
 @dataclass(frozen=True, slots=True)
 class ParameterFit:
-    """Sizes of the free parameters with their deviations, (k,) each, and the residuals without
-    them, (n, c).
+    """Sizes of the free parameters, (k,), their precision, (k, k), and the residuals without them,
+    (n, c).
     """
 
     sizes: Array
-    deviations: Array
+    precision: Array
     residuals: Array
+
+    @property
+    def deviations(self) -> Array:
+        """Standard deviation of each size."""
+        return np.sqrt(np.diag(np.linalg.inv(self.precision)))
 
 
 def fit_free_parameters(values: Array, free: FreeParameters, usable: Booleans) -> ParameterFit:
@@ -391,11 +396,12 @@ def fit_free_parameters(values: Array, free: FreeParameters, usable: Booleans) -
     robust deviation of its remaining residuals.
     """
     columns, remaining, scale = free.columns, values, values.std(axis=0) + TINY
-    sizes, normal = np.zeros(columns.shape[2]), np.diag(1.0 / free.deviations**2)
+    prior = np.diag(1.0 / free.deviations**2)
+    sizes, normal = np.zeros(columns.shape[2]), prior
     for _ in range(SCALINGS):
         design = (columns * (usable / scale)[:, :, None]).reshape(-1, columns.shape[2])
-        normal = design.T @ design + np.diag(1.0 / free.deviations**2)
+        normal = design.T @ design + prior
         sizes = np.linalg.solve(normal, design.T @ (values * usable / scale).ravel())
         remaining = values - columns @ sizes
         scale = robust_deviation(remaining) + TINY
-    return ParameterFit(sizes, np.sqrt(np.diag(np.linalg.inv(normal))), remaining)
+    return ParameterFit(sizes, normal, remaining)

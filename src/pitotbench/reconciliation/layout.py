@@ -162,10 +162,12 @@ def lay_out(
 
 def vane_errors(layout: Layout) -> dict[str, float]:
     """Return the errors of the vanes that a log shows beside the sizes of all effects, by the name
-    of the free parameter; 0 for those that it does not show.
+    of the free parameter; 0 for those that it does not show. Empty without a force meter.
 
     Without the effects, a pitch stiffness that is half off would look like a vane.
     """
+    if layout.reference.force_model is None:
+        return {}
     every = layout.free.with_columns(
         {
             f"{s.effect} {s.parameter}": (s.column, typical_size(s))

@@ -174,15 +174,12 @@ def measure_unit_forces(
     names, time = sorted(paths), motion.time
     reads = [plant.getter(name)[0] for name in names]
     values = np.empty((len(names), len(time)))
-    measured = _in_steps(time)
-    changes = np.empty((len(AXES), len(measured), 6))
+    measured, found = _in_steps(time), []
     for k in visit_states(rig, motion, CALLS, engines_run=False):
         values[:, k] = [read() for read in reads]
         if k in measured:
-            changes[:, measured.index(k)] = _unit_changes(
-                plant, AXES, lambda: rig.row()[:6], rig.row()[:6]
-            )
-    at = time[measured]
+            found.append(_unit_changes(plant, AXES, lambda: rig.row()[:6], rig.row()[:6]))
+    at, changes = time[sorted(measured)], np.stack(found, axis=1)
     return UnitForces(
         changes={
             axis: np.stack([np.interp(time, at, each) for each in change.T], axis=1)
@@ -192,8 +189,8 @@ def measure_unit_forces(
     )
 
 
-def _in_steps(time: Array) -> list[int]:
+def _in_steps(time: Array) -> set[int]:
     """The states every `UNIT_STEP`, and both ends of every stretch."""
     every = max(1, round(UNIT_STEP / float(np.median(np.diff(time))))) if len(time) > 1 else 1
     first = np.array(gaps(time), dtype=int)
-    return sorted({*range(0, len(time), every), *first, *(first - 1), len(time) - 1})
+    return {*range(0, len(time), every), *first.tolist(), *(first - 1).tolist(), len(time) - 1}

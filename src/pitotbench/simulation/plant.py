@@ -36,7 +36,13 @@ from pitotbench.simulation.properties import (
     PROPERTIES,
     Property,
 )
-from pitotbench.simulation.variant import ROOT, free_branch, lagging_actuators, write_variant
+from pitotbench.simulation.variant import (
+    ROOT,
+    free_branch,
+    ground_rates,
+    lagging_actuators,
+    write_variant,
+)
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
 MILSPEC_TUSTIN = 4  # JSBSim's turb-type: MIL-F-8785C spectra, filters discretized by Tustin's rule
@@ -178,13 +184,14 @@ class Plant:
     ) -> "Plant":
         """Load an aircraft from its folder, which holds its autopilot; otherwise as `load`."""
         with ExitStack() as stack:
-            added, branch = overlay or Overlay(), ROOT
-            if at_once or not added.is_empty():
-                file = parse_xml(folder / f"{folder.name}.xml").getroot()
-                at_once, branch = at_once and bool(lagging_actuators(file)), free_branch(file)
-            if at_once or not added.is_empty():
+            added, file = overlay or Overlay(), parse_xml(folder / f"{folder.name}.xml").getroot()
+            branch = ROOT if added.is_empty() else free_branch(file)
+            at_once = at_once and bool(lagging_actuators(file))
+            if at_once or ground_rates(file) or not added.is_empty():
                 shelf = stack.enter_context(TemporaryDirectory(prefix="pitotbench-"))
-                folder = write_variant(folder, Path(shelf), folder.name, added, at_once)
+                folder = write_variant(
+                    folder, Path(shelf), folder.name, added, at_once, air_rates=True
+                )
             fdm, transcript = load_fdm(aircraft, folder, rate)
             return cls(fdm, aircraft, transcript, read_record(folder), branch)
 

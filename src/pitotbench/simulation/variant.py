@@ -9,7 +9,17 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from pitotbench.effects.effect import RECORDING_START
-from pitotbench.effects.overlay import Expression, FunctionScaling, Overlay, Point
+from pitotbench.effects.overlay import (
+    Expression,
+    FunctionScaling,
+    Overlay,
+    Point,
+    difference,
+    operation,
+    product,
+    quotient,
+    total,
+)
 from pitotbench.records import BadInputError
 from pitotbench.simulation.aircraft_files import parse_xml
 
@@ -27,12 +37,14 @@ def write_variant(
     at_once: bool = False,
     origin: str = "",
     anew: bool = False,
+    air_rates: bool = False,
 ) -> Path:
     """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return the folder.
 
     With `at_once` the actuators in its file follow their commands without a lag, so that a surface
-    can be put where a log has it. `origin` is the text of its `variant.toml`. With `anew` the file
-    of a variant that is there is replaced, whole or not at all.
+    can be put where a log has it. With `air_rates` its aerodynamics read the rates of the flow
+    angles against the air. `origin` is the text of its `variant.toml`. With `anew` the file of a
+    variant that is there is replaced, whole or not at all.
 
     The original is copied, never changed, and the file keeps its comments. The original may itself
     be a variant: the new effects are then added to its effects. Raises BadInputError where the
@@ -42,7 +54,10 @@ def write_variant(
     if folder.exists() and not anew:
         raise BadInputError(f"{folder} is there already; choose another name for the variant")
     tree = parse_xml(original / f"{original.name}.xml", comments=True)
-    _insert(tree.getroot(), overlay)
+    if not overlay.is_empty():
+        _insert(tree.getroot(), overlay)
+    if air_rates:
+        _read_air_rates(tree.getroot())
     for actuator in lagging_actuators(tree.getroot()) if at_once else ():
         for part in [child for child in actuator if child.tag in DYNAMICS]:
             actuator.remove(part)
@@ -66,6 +81,56 @@ def write_variant(
 def lagging_actuators(root: ET.Element) -> list[ET.Element]:
     """Return the actuators of an aircraft's file that do not follow their commands at once."""
     return [each for each in root.iter("actuator") if any(child.tag in DYNAMICS for child in each)]
+
+
+def ground_rates(root: ET.Element) -> list[ET.Element]:
+    """Return the places where the aerodynamics of an aircraft's file read JSBSim's rate of a flow
+    angle.
+    """
+    every = root.iterfind("aerodynamics//*")
+    return [element for element in every if (element.text or "").strip() in AIR_RATES]
+
+
+def _read_air_rates(root: ET.Element) -> None:
+    """Let the aerodynamics read the rates of the flow angles against the air.
+
+    JSBSim differentiates the velocity over the ground, as if the wind turned with the airplane. At
+    150 kt in a wind of 20 kt, a roll of 10 deg/s changes the rate of the angle of attack by up to
+    1.3 deg/s, and the moment of the downwash lag with it. In body axes a steady wind w changes by
+    -ω × w, so that ω × w is missing in the acceleration through the air.
+    """
+    places = ground_rates(root)
+    read = {(place.text or "").strip() for place in places}
+    for place in places:
+        place.text = AIR_RATES[(place.text or "").strip()][0]
+    # Functions outside the axes are computed before these, in the order of the file.
+    for path in sorted(read, reverse=True):
+        _part(root, "aerodynamics").insert(0, _function(*AIR_RATES[path], ROOT))
+
+
+def _air_rates() -> dict[str, tuple[str, Expression]]:
+    """JSBSim's rates of the flow angles, each with the property that replaces it, and its value."""
+    p, q, r = (f"velocities/{rate}-rad_sec" for rate in "pqr")
+    u, v, w = (f"velocities/{axis}-aero-fps" for axis in "uvw")
+    x, y, z = (
+        difference(f"velocities/{axis}-fps", f"velocities/{axis}-aero-fps") for axis in "uvw"
+    )
+    du = difference(product(q, z), product(r, y))
+    dv = difference(product(r, x), product(p, z))
+    dw = difference(product(p, y), product(q, x))
+    level = operation("max", total(product(u, u), product(w, w)), 1.0)  # at rest there is no angle
+    speed = total(level, product(v, v))
+    alpha = quotient(difference(product(u, dw), product(w, du)), level)
+    along = product(v, total(product(u, du), product(v, dv), product(w, dw)))
+    beta = quotient(difference(product(dv, speed), along), product(speed, operation("sqrt", level)))
+    return {
+        path: (f"air/{angle}dot-rad_sec", total(path, turned))
+        for angle, turned in (("alpha", alpha), ("beta", beta))
+        for path in (f"aero/{angle}dot-rad_sec",)
+    }
+
+
+AIR_RATES = _air_rates()
 
 
 def overlay_text(original: Path, overlay: Overlay) -> str:

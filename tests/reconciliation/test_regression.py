@@ -198,6 +198,22 @@ def test_a_cause_is_told_in_the_form_that_fits_and_its_forms_are_rivals() -> Non
         assert list(gaps[0].causes) == ["hysteresis"]
 
 
+SURFACES = [
+    ("control_effectiveness", f"{surface}_change") for surface in ("elevator", "aileron", "rudder")
+]
+
+
+def test_surfaces_that_are_off_are_one_gap_with_their_sizes_alone() -> None:
+    along = {key: 100.0 * axis for key, axis in zip(SURFACES, AXES, strict=False)}
+    block = block_of(along, 0.9 * along[SURFACES[0]] - 0.4 * along[SURFACES[2]] + NOISE)
+    found = fitted_by(Regression([block]))
+    assert names(found.gaps) == ["control_effectiveness"]
+    assert found.gaps[0].causes == pytest.approx({"control_effectiveness": 1.0}, abs=0.01)
+    assert found.sizes.keys == (SURFACES[0], SURFACES[2])
+    typical = effect_of(SURFACES[0][0]).parameter(SURFACES[0][1]).typical
+    assert found.sizes.values / typical == pytest.approx([0.9, -0.4], abs=0.03)
+
+
 def test_what_a_form_leaves_open_is_no_second_cause() -> None:
     """A pod pitches the airplane too, by an arm that nobody knows."""
     moment = ("pitch_stiffness", "zero_coefficient")

@@ -90,6 +90,7 @@ def _controls(axes_of: Mapping[str, Sequence[str]]) -> Build:
 CONTROL_EFFECTIVENESS = AircraftEffect(
     name="control_effectiveness",
     part="controls and trim",
+    by_size=True,
     parameters=(
         Parameter("elevator_change", -0.15, -0.6, 0.6, "elevator more effective by this share"),
         Parameter("aileron_change", -0.15, -0.6, 0.6, "ailerons more effective by this share"),

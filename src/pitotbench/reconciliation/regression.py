@@ -159,18 +159,21 @@ class Found:
         return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
-SEPARATOR = "|"  # between a formula and its term
+# between a formula and its term, and between an effect and a size of it that is looked for alone
+SEPARATOR = "|"
 CHANNEL_GROUPS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
 NOTHING = Member("", (), np.zeros(0))
 
 
 def is_term(name: str) -> bool:
     """Whether a hypothesis is a term of a formula."""
-    return SEPARATOR in name
+    return parted(name)[0] in FORMULAS
 
 
 def parted(name: str) -> tuple[str, str]:
-    """Return the formula and the term of a hypothesis; an effect has no term."""
+    """Return the formula and the term of a hypothesis, or the effect and its size where it is one
+    of these alone.
+    """
     formula, _, term = name.partition(SEPARATOR)
     return formula, term
 
@@ -195,7 +198,7 @@ class Regression:
         self._of_block, self.evidence = self._joined()
         self.columns: dict[str, tuple[int, ...]] = {}
         for i, (effect, parameter) in enumerate(self.keys):
-            if effect in FORMULAS:
+            if effect in FORMULAS or FITTED[effect].by_size:
                 self.columns[SEPARATOR.join((effect, parameter))] = (i,)
             elif not FITTED[effect].one_model_with:
                 self.columns[effect] = (*self.columns.get(effect, ()), i)
@@ -277,7 +280,8 @@ class Regression:
                     gaps = others
             if [gap.member.name for gap in gaps] == before:
                 break
-        return gaps, self.beside([gap.member for gap in gaps], refused)
+        left = self.beside([gap.member for gap in gaps], refused)
+        return _by_effect(gaps), _by_effect([left])[0]
 
     def shows(self, found: Found) -> bool:
         """Whether a gap is beyond what null flights show."""
@@ -305,7 +309,11 @@ class Regression:
         columns = [c for member in members for c in member.columns]
         beside = self.evidence.beside(columns, _deviations(members), self._null_flights)
         taken = {_cause(member.name) for member in members}
-        names = [n for n in self.columns if _cause(n) not in taken and n not in refused]
+        names = [
+            n
+            for n in self.columns
+            if _cause(n) not in taken and refused.isdisjoint((n, parted(n)[0]))
+        ]
         prior_none = np.log(THRESHOLDS.prior_of_none)
         weights, unmodeled, _ = self._weighed(beside, names)
         every = [*weights.values(), *unmodeled.values()]
@@ -369,7 +377,7 @@ class Regression:
         plain = weigh(evidence, own, prior)
         columns, deviations = list[int](), list[float]()
         share = min(1.0, float(np.max(np.abs(plain.sizes) / prior.typical)))
-        for other in () if is_term(name) else FITTED[name].left_open:
+        for other in () if is_term(name) else FITTED[parted(name)[0]].left_open:
             columns += self.columns.get(other, ())
             if other in self.columns:
                 deviations += (THRESHOLDS.open_share * share * self._priors[other].typical).tolist()
@@ -395,8 +403,15 @@ class Regression:
         return held / max(inside, SINGULAR)
 
     def shown_columns(self, block: Block, members: Sequence[Member]) -> list[int]:
-        """The columns of the sizes of some members in a block, without those that forms leave open."""
-        own = [key for m in members for key in keys_of(m.name, block.keys)]
+        """The columns of the sizes of some members in a block, without those that forms leave open;
+        all sizes of a hypothesis that has no columns yet.
+        """
+        own = [
+            key
+            for m in members
+            for key in keys_of(m.name, block.keys)
+            if not m.columns or self.keys.index(key) in m.columns
+        ]
         return [block.keys.index(key) for key in own]
 
     def sizes(self, members: Sequence[Member]) -> "Sizes":
@@ -407,7 +422,7 @@ class Regression:
         columns = [c for member in members for c in member.columns]
         found = self.evidence.of(columns, _deviations(members))
         covariance = found.covariance + self._pull(columns)
-        own = [c for member in members for c in self.columns[member.name]]
+        own = [c for m in members for c in m.columns if keys_of(m.name, [self.keys[c]])]
         kept = list(dict.fromkeys([*own, *columns]))
         sums = np.equal.outer(kept, columns).astype(np.float64)
         return Sizes(
@@ -473,7 +488,36 @@ def _deviations(members: Sequence[Member]) -> Array:
 
 
 def _cause(name: str) -> str:
-    return name if is_term(name) or not name else cause_of(name)
+    """The cause of a hypothesis, with its size where it is looked for alone."""
+    effect, size = parted(name)
+    return (
+        name
+        if is_term(name) or not name
+        else SEPARATOR.join(filter(None, (cause_of(effect), size)))
+    )
+
+
+def _by_effect(gaps: Sequence[Found]) -> list[Found]:
+    """Gaps by effects and terms: those of one effect's sizes become one, which goes by the one
+    with the most evidence.
+    """
+    found: dict[str, list[Found]] = {}
+    for gap in sorted(gaps, key=lambda gap: -gap.log_bayes_factor):
+        found.setdefault(_whole(gap.member.name), []).append(gap)
+    return [_merged(name, own) for name, own in found.items()]
+
+
+def _merged(name: str, gaps: Sequence[Found]) -> Found:
+    forms: dict[str, float] = {}
+    for form, p in gaps[0].forms.items():
+        forms[_whole(form)] = forms.get(_whole(form), 0.0) + p
+    columns = tuple(c for gap in gaps for c in gap.member.columns)
+    member = Member(name, columns, _deviations([gap.member for gap in gaps]))
+    return replace(gaps[0], member=member, forms=forms)
+
+
+def _whole(name: str) -> str:
+    return name if is_term(name) else parted(name)[0]
 
 
 def _channel_group(channel: str) -> str:
@@ -495,26 +539,27 @@ def _log_priors(names: Sequence[str]) -> dict[str, float]:
     others. Each shape that is searched for has its price.
     """
     effects = [name for name in names if not is_term(name)]
-    causes = dict.fromkeys(map(cause_of, effects))
-    parts = [effect_of(cause).part for cause in causes]
+    causes = dict.fromkeys(map(_cause, effects))
+    parts = [effect_of(parted(cause)[0]).part for cause in causes]
     found = {
         name: -float(np.log(len(names) - len(effects))) - np.log(2.0)
         for name in names
         if is_term(name)
     }
     for name in effects:
-        cause, part = cause_of(name), effect_of(cause_of(name)).part
-        forms = [each for each in effects if cause_of(each) == cause]
-        whole = [each for each in forms if lasts(each)]
+        cause, effect = _cause(name), parted(name)[0]
+        part = effect_of(cause_of(effect)).part
+        forms = [each for each in effects if _cause(each) == cause]
+        whole = [each for each in forms if lasts(parted(each)[0])]
         in_time = (THRESHOLDS.prior_of_time if whole else 1.0) if len(whole) < len(forms) else 0.0
-        if not lasts(name):
+        if not lasts(effect):
             share = in_time / (len(forms) - len(whole))
         elif len(whole) == 1:
             share = 1.0 - in_time
         else:
             plain = name == cause
             share = (1.0 - in_time) * 0.5 / (1 if plain else len(whole) - (cause in whole))
-        price = THRESHOLDS.search_penalty * len(searched_shapes(FITTED[name]))
+        price = THRESHOLDS.search_penalty * len(searched_shapes(FITTED[effect]))
         found[name] = float(np.log(share / len(set(parts)) / parts.count(part))) - price
     return found
 

@@ -313,10 +313,13 @@ def _candidate(
     """A hypothesis in the place of a gap, at its sizes given the other gaps."""
     block, regression = main.block, fitted.regression
     others = [m for m in fitted.members if m is not found.member]
-    own = regression.shown_columns(block, [Member(name, (), np.zeros(0))])
+    is_own = name == found.member.name
+    own = regression.shown_columns(
+        block, [found.member if is_own else Member(name, (), np.zeros(0))]
+    )
     other_columns = regression.shown_columns(block, others)
     fit = block.equations.fit(own, other_columns)
-    if name == found.member.name:
+    if is_own:
         keys = [block.keys[c] for c in own] or keys_of(name, regression.keys)
         shared = fitted.sizes.among(keys)
         fit = Fit(tuple(own), shared.values, shared.covariance, fit.gain)

@@ -508,6 +508,7 @@ def _by_effect(gaps: Sequence[Found]) -> list[Found]:
 
 
 def _merged(name: str, gaps: Sequence[Found]) -> Found:
+    """Gaps of the sizes of one effect as one, the first of them with all their columns."""
     forms: dict[str, float] = {}
     for form, p in gaps[0].forms.items():
         forms[_whole(form)] = forms.get(_whole(form), 0.0) + p
@@ -517,6 +518,7 @@ def _merged(name: str, gaps: Sequence[Found]) -> Found:
 
 
 def _whole(name: str) -> str:
+    """The effect of a hypothesis with all its sizes; a term stays what it is."""
     return name if is_term(name) else parted(name)[0]
 
 

@@ -30,7 +30,6 @@ from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.null_distribution import (
     Measure,
     NullDistribution,
-    NullEvidence,
     ScoreScale,
     read_distribution,
     text_of,
@@ -45,7 +44,6 @@ SCORES = ScoreScale({"pod": 0.3}, {"pod": 1.1}, {"one||time": -0.2}, {"one||time
 NULL = NullDistribution(
     *(NOISE, SCORES, 3.9, 4.4, 8),
     *(Measure(-1.0, 0.1), {"one": Measure(0.0, 0.2)}, {"two": Measure(1.0, 0.3)}),
-    NullEvidence(("pod",), [[[4.0, 1.0], [1.0, 9.0]]]),
 )
 CARD = Case(maneuver="circle")
 LOG = FlightLog(
@@ -121,11 +119,7 @@ SPOILED = {
     "a deviation of zero": changed("spectral_lines", to={"one": {"mean": 0.0, "deviation": 0.0}}),
     "a mean that is no number": changed("scores", "cell_mean", to={"one||time": float("nan")}),
     "noise of another size": changed("noise", "deviations", to=[1.0]),
-    "no evidence of null flights": json.dumps(
-        {k: v for k, v in GOOD.items() if k != "evidence"}
-    ).encode(),
-    "evidence of other sizes": changed("evidence", "labels", to=["one", "two"]),
-    "evidence that is no number": changed("evidence", "inner", to=[[[float("nan")]]]),
+    "a mean score that is no number": changed("scores", "size_mean", to={"pod": float("nan")}),
     "ragged noise": changed("noise", "coefficients", to=[[0.1], [0.1, 0.2]]),
     "other flights": changed("flights", to=4),
     "a folder": None,

@@ -21,7 +21,7 @@ from pitotbench.reconciliation.equations import (
 from pitotbench.reconciliation.evidence import Evidence, Prior, floored, weigh
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.null_distribution import NullEvidence, ScoreScale, size_label
+from pitotbench.reconciliation.null_distribution import ScoreScale
 from pitotbench.reconciliation.regression import Found, Member, Regression, fitted_by
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
@@ -43,6 +43,7 @@ def block_of(
     """
     typical = np.array([effect_of(e).parameter(name).typical for e, name in along])
     columns = np.array(list(along.values())) / typical[:, None]
+    means = columns @ np.mean([np.zeros(ROWS), *on_null], axis=0) * (len(on_null) + 1)
     every = np.vstack([np.ones(ROWS), columns, *cells, residual])
     parts = [every[:, n::FOLDS] for n in range(FOLDS)]
     products = np.stack([part @ part.T for part in parts])
@@ -51,18 +52,9 @@ def block_of(
     return SimpleNamespace(
         keys=tuple(along),
         layout=SimpleNamespace(places=places),
-        null=SimpleNamespace(
-            gap_bayes_factor=THRESHOLDS.gap_bayes_factor,
-            evidence=NullEvidence(
-                tuple(size_label(*key) for key in along),
-                [
-                    (own @ own.T).tolist()
-                    for own in (np.vstack([columns, each]) for each in on_null)
-                ],
-            ),
-        ),
+        null=SimpleNamespace(gap_bayes_factor=THRESHOLDS.gap_bayes_factor),
         equations=equations,
-        beyond=Evidence(equations.inner),
+        beyond=Evidence(equations.inner).less_scores(means / max(1, len(on_null))),
         stands_out=True,
     )
 
@@ -261,23 +253,22 @@ def test_what_null_flights_show_of_the_same_fit_is_no_gap() -> None:
     assert one[1].log_bayes_factor < THRESHOLDS.gap_bayes_factor
 
 
-def test_a_bound_holds_what_null_flights_seem_to_have_of_the_same_sizes() -> None:
-    """A tenth of both coefficients on every flight is in their bounds, and not in that of a lag."""
-    stiff, damped = ("pitch_stiffness", "change"), ("pitch_damping", "change")
-    along = {stiff: 100.0 * AXES[0], damped: 100.0 * AXES[1], LAG: 90.0 * AXES[2]}
-    pulled = -0.5 * (along[stiff] + along[damped])
-    flights = [pulled + each for each in DRAW.normal(size=(8, ROWS))]
-    log = 3.0 * (along[stiff] + along[damped] + along[LAG]) + pulled + NOISE
-    wide, narrow = (
-        Regression([block_of(along, log, (), each)]).sizes(
-            [Member(n, (i,), np.array([10.0])) for i, (n, _) in enumerate(along)]
-        )
-        for each in (flights, ())
+def test_what_gusts_pull_on_every_flight_does_not_turn_one_coefficient_into_two() -> None:
+    """Of a moment in balance the three terms nearly cancel: one that is larger is two others that
+    are smaller, but for their small sum, which noise pulls toward zero.
+    """
+    raised, stiff, damped = (
+        ("trim_offset", "pitch_coefficient"),
+        *((name, "change") for name in ("pitch_stiffness", "pitch_damping")),
     )
-    typical = np.array([effect_of(e).parameter(name).typical for e, name in along])
-    before, after = (np.sqrt(np.diag(each.covariance)) / typical for each in (narrow, wide))
-    assert after[:2] == pytest.approx([0.5, 0.5], rel=0.1)
-    assert after[2] == pytest.approx(before[2], rel=0.3)
+    along = {raised: 100.0 * AXES[0], stiff: 100.0 * AXES[1]}
+    along[damped] = 50.0 * AXES[2] - along[raised] - along[stiff]
+    pulled = -0.6 * sum(along.values())
+    flights = [pulled + each for each in DRAW.normal(size=(8, ROWS))]
+    log = 0.5 * along[raised] + pulled + NOISE
+    assert names(fitted(along, log)[0]) != ["trim_offset"]
+    (gap,), _ = Regression([block_of(along, log, (), flights)]).fit()
+    assert gap.member.name == "trim_offset"
 
 
 def test_a_gap_of_one_moment_is_not_taken() -> None:
@@ -362,6 +353,22 @@ def test_the_floor_is_marginalized_as_dense_algebra_does(sensed) -> None:
         assert found.of([i], [deviation]).log_evidence == pytest.approx(
             expected, rel=1e-4, abs=1e-3
         )
+
+
+def test_the_mean_score_of_a_size_on_null_flights_is_taken_off(sensed) -> None:
+    log = sensed("gps_latency", das="20/20")
+    layout = lay_out(
+        log.select(log.time - log.time[0] < 120.0), None, AnalysisSetting(day_known=True), FEW
+    )
+    equations = whitened_equations(layout, noise_of_log(layout))
+    plain, less = (
+        floored(layout, equations, ScoreScale({}, {}, {}, {}, size_mean=mean), {}).inner
+        for mean in ({}, {"gps_latency|latency_s": 7.0})
+    )
+    late = [s.effect for s in layout.signatures].index("gps_latency")
+    expected = np.zeros_like(plain)
+    expected[late, -1] = expected[-1, late] = 7.0
+    assert plain - less == pytest.approx(expected)
 
 
 def test_a_power_that_rounding_made_negative_counts_as_none():

@@ -91,21 +91,23 @@ class Evidence:
         removed = across.T @ _solved(factor, across)
         return Evidence(whole - removed), _log_evidence(factor, float(removed[-1, -1]))
 
-    def beside(
-        self, columns: Sequence[int], deviations: Array, null_flights: Sequence["Evidence"] = ()
-    ) -> "Beside":
+    def beside(self, columns: Sequence[int], deviations: Array) -> "Beside":
         """Return the evidence beside a fit whose members have these columns and prior deviations,
         (k,). All columns stay, so that a member's may be asked for as a further size.
-
-        `null_flights` are the evidence of flights without an effect, for the same columns.
         """
         if not len(columns):
-            return Beside(self, np.zeros((len(self.inner), 0)), tuple(null_flights))
+            return Beside(self, np.zeros((len(self.inner), 0)))
         factor, _, scale = self._factored(columns, deviations)
         across = self.inner[np.asarray(columns, dtype=np.intp)] * scale[:, None]
         lost = solve_triangular(factor, across, lower=True).T
-        others = tuple(flight.given(columns, deviations)[0] for flight in null_flights)
-        return Beside(Evidence(self.inner - lost @ lost.T), lost, others)
+        return Beside(Evidence(self.inner - lost @ lost.T), lost)
+
+    def less_scores(self, scores: Array) -> "Evidence":
+        """Return the evidence with these scores, (k,), taken off those of the first columns."""
+        inner, k = self.inner.copy(), len(scores)
+        inner[:k, -1] -= scores
+        inner[-1, :k] -= scores
+        return Evidence(inner)
 
     def tempered(self, power: float) -> "Evidence":
         """Return the evidence of the likelihood to some power: that of noise 1/√power times as
@@ -119,27 +121,17 @@ class Beside:
     """The evidence beside the members of a fit, of the likelihood to some `power`.
 
     `lost`, (m + 1, k), is what k sizes of the members take from it: inner + lost lostᵀ are the
-    inner products without members. `null_flights` are flights without an effect beside the same
-    members.
+    inner products without members.
     """
 
     evidence: Evidence
     lost: Array
-    null_flights: tuple[Evidence, ...] = ()
     power: float = 1.0
 
     def tempered(self, power: float) -> "Beside":
         """Return the same of the likelihood to a further power."""
-        others = tuple(flight.tempered(power) for flight in self.null_flights)
         lost = np.sqrt(power) * self.lost
-        return Beside(self.evidence.tempered(power), lost, others, power * self.power)
-
-    def shown_by_chance(self, columns: Sequence[int], deviations: Array) -> float:
-        """Return the largest logarithm of the evidence that a null flight has for some columns with
-        these prior deviations, (k,); 0 where none has any.
-        """
-        found = [flight.of(columns, deviations).log_evidence for flight in self.null_flights]
-        return max([0.0, *found])
+        return Beside(self.evidence.tempered(power), lost, power * self.power)
 
 
 # LAPACK itself: around matrices of a few sizes SciPy's own functions take ten times as long as the
@@ -288,8 +280,8 @@ def floored(
     cells.
 
     Free parameters are eliminated, then what null flights show: the fluctuating part of each
-    signature, the sizes of the vanes, the wander of each channel in its cells, and the sizes that
-    are left over. `wander` is the surplus of the squared scores of a channel over 1.
+    signature, the sizes of the vanes, the wander of each channel in its cells, the sizes that are
+    left over, and their mean scores. `wander` is the surplus of the squared scores of a channel over 1.
     """
     k, labels = equations.free, [size_label(s.effect, s.parameter) for s in layout.signatures]
     products = equations.products.sum(axis=0)
@@ -320,7 +312,7 @@ def floored(
     for label, score in scores.left_over.items():
         if label in labels:
             beyond = without_score(beyond, labels.index(label), score)
-    return beyond
+    return beyond.less_scores(np.array([scores.size_mean.get(label, 0.0) for label in labels]))
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:

@@ -17,7 +17,6 @@ from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.signatures import FITTED, reads_gusts
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.units import Array
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
@@ -64,7 +63,8 @@ class ScoreScale:
     where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
     answers them and the vanes read them. `left_over` holds the same for sizes that null flights
     still seem to have when wander and fluctuation are eliminated, the largest first, each beside
-    those before it. `free` is the root mean square of each free parameter, in deviations of its
+    those before it. `size_mean` is the mean score of a size beyond all these: what errors of
+    measured angles and gusts that turn the airplane give it on every flight. `free` is the root mean square of each free parameter, in deviations of its
     prior: the scale of a vane that reads gusts may come out at five of them on every flight. No
     other spread is below 1.
     """
@@ -75,6 +75,7 @@ class ScoreScale:
     cell_spread: Mapping[str, Spread]
     fluctuation: Mapping[str, Spread] = field(default_factory=dict)
     left_over: Mapping[str, Spread] = field(default_factory=dict)
+    size_mean: Mapping[str, Finite] = field(default_factory=dict)
     free: Mapping[str, NotNegative] = field(default_factory=dict)
 
     def of_effect(self, name: str, score: float) -> float:
@@ -88,28 +89,6 @@ class ScoreScale:
     def of_label(self, label: str, score: float) -> float:
         """Return the same for the label of a cell."""
         return (score - self.cell_mean.get(label, 0.0)) / self.cell_spread.get(label, 1.0)
-
-
-@dataclass(frozen=True, slots=True)
-class NullEvidence:
-    """What null flights say beyond the floor of the sizes with these labels, (m,): their inner
-    products with the residual last, (f, m + 1, m + 1).
-
-    A fit of a log is held against the same fit of each of them.
-    """
-
-    labels: tuple[str, ...] = ()
-    inner: list[list[list[Finite]]] = field(default_factory=list)
-
-    def of(self, labels: Sequence[str]) -> Array:
-        """Return the inner products of some sizes, (f, k + 1, k + 1); 0 for an unknown one. Raises
-        ValueError where the inner products are not those of the labels.
-        """
-        own, size = list(self.labels), len(self.labels) + 1
-        # Unknown sizes take the row of zeros that is added behind the residual.
-        every = np.pad(np.reshape(self.inner, (-1, size, size)), ((0, 0), (0, 1), (0, 1)))
-        rows = [*(own.index(label) if label in own else size for label in labels), size - 1]
-        return np.asarray(every[:, rows][:, :, rows])
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +109,6 @@ class NullDistribution:
     gust_level: Measure | None = None
     channel_powers: Mapping[str, Measure] = field(default_factory=dict)
     spectral_lines: Mapping[str, Measure] = field(default_factory=dict)
-    evidence: NullEvidence = field(default_factory=NullEvidence)
 
     @property
     def gap_bayes_factor(self) -> float:
@@ -205,7 +183,6 @@ class _Text:
     gust_level: Measure
     channel_powers: dict[str, Measure]
     spectral_lines: dict[str, Measure]
-    evidence: NullEvidence
 
 
 def text_of(null: NullDistribution) -> str:
@@ -221,7 +198,6 @@ def read_distribution(text: str | bytes) -> NullDistribution:
     """
     checked = TypeAdapter(_Text).validate_json(text, strict=True)
     own = {f.name: getattr(checked, f.name) for f in fields(checked)}
-    checked.evidence.of(())
     return NullDistribution(**own | {"noise": _noise(checked.noise)})
 
 

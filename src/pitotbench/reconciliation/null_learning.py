@@ -25,7 +25,6 @@ from pitotbench.reconciliation.noise import NoiseModel, autocovariance, learned
 from pitotbench.reconciliation.null_distribution import (
     Measure,
     NullDistribution,
-    NullEvidence,
     ScoreScale,
     cell_label,
     measures_over,
@@ -280,7 +279,9 @@ def learn_null_distribution(
     seen = (each or _in_turn)(evidence_of, list(zip(layouts, noises, scales, strict=True)))
     labels = seen[0][0]
     apart, left = left_over(labels, [evidence for names, evidence in seen if names == labels])
-    scale = replace(_scale_of(flights), left_over=apart)
+    means = np.mean([evidence.inner[:-1, -1] for evidence in left], axis=0)
+    size_mean = dict(zip(labels, means.tolist(), strict=True))
+    scale = replace(_scale_of(flights), left_over=apart, size_mean=size_mean)
     largest = [
         flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)
     ]
@@ -301,7 +302,6 @@ def learn_null_distribution(
         spectral_lines=lines_over(
             [spectral_lines(*each) for each in zip(layouts, noises, strict=True)]
         ),
-        evidence=NullEvidence(labels, [evidence.inner.tolist() for evidence in left]),
     )
 
 

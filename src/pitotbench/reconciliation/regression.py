@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import zip_longest
 
 import numpy as np
 from scipy.special import expit, logsumexp
@@ -31,7 +30,7 @@ from pitotbench.reconciliation.evidence import (
 from pitotbench.reconciliation.formula import term_signatures
 from pitotbench.reconciliation.layout import Layout, vane_errors, without_vane_errors
 from pitotbench.reconciliation.noise import NoiseModel
-from pitotbench.reconciliation.null_distribution import NullDistribution, size_label
+from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.null_learning import wander_of
 from pitotbench.reconciliation.renewal import (
     Entries,
@@ -90,6 +89,8 @@ def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block
     equations = whitened_equations(layout, noise)
     wander = wander_of(null, layout.residuals.names)
     beyond = floored(layout, equations, null.scores, wander)
+    if null.flights:  # the means of so few have an error of their own
+        beyond = beyond.tempered(null.flights / (null.flights + 1.0))
     return Block(layout, noise, null, equations, beyond, _stands_out(layout, equations, null))
 
 
@@ -223,17 +224,6 @@ class Regression:
         return places, Evidence(inner)
 
     @cached_property
-    def _null_flights(self) -> list[Evidence]:
-        """The evidence of null flights for all sizes: of each flight of a log's card, joined with
-        those of the other logs.
-        """
-        every = [
-            block.null.evidence.of([size_label(*k) if k in block.keys else "" for k in self.keys])
-            for block in self.blocks
-        ]
-        return [Evidence(np.asarray(sum(own))) for own in zip_longest(*every, fillvalue=0.0)]
-
-    @cached_property
     def _discrepancies(self) -> list[Discrepancy]:
         """The smooth discrepancies: of one channel, of a family of channels, and of all, in each
         log. Who asks for sizes alone needs none.
@@ -307,7 +297,7 @@ class Regression:
         it is.
         """
         columns = [c for member in members for c in member.columns]
-        beside = self.evidence.beside(columns, _deviations(members), self._null_flights)
+        beside = self.evidence.beside(columns, _deviations(members))
         taken = {_cause(member.name) for member in members}
         names = [
             n
@@ -337,10 +327,6 @@ class Regression:
         """The logarithms of prior times evidence of some hypotheses, with an unmodeled discrepancy
         together with the best of them, and of these alone by their places; and the hypotheses as
         members of a fit.
-
-        Evidence counts beyond what null flights have for the same hypothesis beside the same
-        members. Errors in measured angles and rates pull all coefficients of a moment toward zero
-        at once, on every flight, although none of them alone shows it (Fuller 1987, §1.1).
         """
         known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
         unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
@@ -348,8 +334,7 @@ class Regression:
         for name in names:
             prior = self._log_priors[name] + (unknown if is_term(name) else known)
             weighed, member = self._member(beside.evidence, name)
-            by_chance = beside.shown_by_chance(member.columns, member.deviations)
-            values[name], members[name] = float(prior + weighed - by_chance), member
+            values[name], members[name] = float(prior + weighed), member
         for name in sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]:
             left = logsumexp([*self._of_discrepancies(beside, members[name]).values()])
             values[name] += float(np.logaddexp(np.log1p(-share), np.log(share) + left))
@@ -416,33 +401,16 @@ class Regression:
 
     def sizes(self, members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members of a fit, all at once, and after them those that their
-        forms leave open; a size that is both is the sum. Their covariance includes what null
-        flights seem to have of the same sizes.
+        forms leave open; a size that is both is the sum.
         """
         columns = [c for member in members for c in member.columns]
         found = self.evidence.of(columns, _deviations(members))
-        covariance = found.covariance + self._pull(columns)
         own = [c for m in members for c in m.columns if keys_of(m.name, [self.keys[c]])]
         kept = list(dict.fromkeys([*own, *columns]))
         sums = np.equal.outer(kept, columns).astype(np.float64)
         return Sizes(
-            tuple(self.keys[c] for c in kept), sums @ found.mean, sums @ covariance @ sums.T
+            tuple(self.keys[c] for c in kept), sums @ found.mean, sums @ found.covariance @ sums.T
         )
-
-    def _pull(self, columns: Sequence[int]) -> Array:
-        """What null flights seem to have of some sizes, fitted all at once, beyond the noise of
-        these fits, as a covariance (k, k).
-
-        Errors in measured angles and rates pull all coefficients of a moment at once.
-        """
-        wide = np.array([widest(self.keys[c]) for c in columns])
-        fits = [flight.of(columns, wide) for flight in self._null_flights]
-        if not fits or not columns:
-            return np.zeros((len(columns), len(columns)))
-        seen = np.mean([np.outer(f.mean, f.mean) - f.covariance for f in fits], axis=0)
-        power, axes = np.linalg.eigh(seen / np.outer(wide, wide))
-        turned = axes * wide[:, None]
-        return np.asarray((turned * np.maximum(power, 0.0)) @ turned.T)
 
     def shown_alone(self, numbers: Sequence[int], members: Sequence[Member]) -> "Sizes":
         """Return the sizes of the members that some of the logs show, by their numbers.

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from pitotbench.reconciliation.evidence import Evidence
-from pitotbench.reconciliation.null_learning import (
-    left_over,
-)
+from pitotbench.reconciliation.null_learning import lasting_scores, left_over
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 
 
@@ -34,3 +32,21 @@ def test_flights_of_white_noise_leave_nothing_over() -> None:
     every = random.normal(size=(8, 300, 40))
     flights = [Evidence(each.T @ each) for each in every]
     assert not left_over(tuple(map(str, range(39))), flights)[0]
+
+
+def test_what_eight_flights_have_in_common_is_kept_of_their_mean_score_and_chance_is_not() -> None:
+    """Three terms that nearly cancel, whose small sum all flights pull, and two sizes that are alike."""
+    random = np.random.default_rng(6)
+    columns = 100.0 * random.normal(size=(300, 6)) / np.sqrt(300.0)
+    total = 8.0 * random.normal(size=300) / np.sqrt(300.0)
+    columns[:, 2] = total - columns[:, 0] - columns[:, 1]
+    columns[:, 4] = columns[:, 3] + 1e-3 * columns[:, 4]
+    flights, pulls = [], []
+    for pull in (-0.6, 0.0):
+        noise = random.normal(size=(8, 300)) + pull * total
+        every = [np.concatenate([columns, each[:, None]], axis=1) for each in noise]
+        flights.append([Evidence(each.T @ each) for each in every])
+        pulls.append(pull * columns.T @ total)
+    found = lasting_scores(flights[0])
+    assert found[:3].sum() == pytest.approx(pulls[0][:3].sum(), rel=0.15)
+    assert not lasting_scores(flights[1]).any()

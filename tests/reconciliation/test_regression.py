@@ -22,7 +22,7 @@ from pitotbench.reconciliation.evidence import Evidence, Prior, floored, weigh
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import ScoreScale
-from pitotbench.reconciliation.regression import Found, Member, Regression, fitted_by
+from pitotbench.reconciliation.regression import Found, Regression, fitted_by
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
@@ -363,7 +363,7 @@ def test_the_mean_score_of_a_size_on_null_flights_is_taken_off(sensed) -> None:
     equations = whitened_equations(layout, noise_of_log(layout))
     plain, less = (
         floored(layout, equations, ScoreScale({}, {}, {}, {}, size_mean=mean), {}).inner
-        for mean in ({}, {"gps_latency|latency_s": 7.0})
+        for mean in ({}, {"gps_latency|latency_s": 7.0 / len(layout.grid)})
     )
     late = [s.effect for s in layout.signatures].index("gps_latency")
     expected = np.zeros_like(plain)

@@ -281,7 +281,8 @@ def floored(
 
     Free parameters are eliminated, then what null flights show: the fluctuating part of each
     signature, the sizes of the vanes, the wander of each channel in its cells, the sizes that are
-    left over, and their mean scores. `wander` is the surplus of the squared scores of a channel over 1.
+    left over, and their mean scores. `wander` is the surplus of the squared scores of a channel
+    over 1.
     """
     k, labels = equations.free, [size_label(s.effect, s.parameter) for s in layout.signatures]
     products = equations.products.sum(axis=0)
@@ -312,7 +313,8 @@ def floored(
     for label, score in scores.left_over.items():
         if label in labels:
             beyond = without_score(beyond, labels.index(label), score)
-    return beyond.less_scores(np.array([scores.size_mean.get(label, 0.0) for label in labels]))
+    means = np.array([scores.size_mean.get(label, 0.0) for label in labels])
+    return beyond.less_scores(means * len(layout.grid))
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:

@@ -15,6 +15,7 @@ from pitotbench.reconciliation.equations import (
     whitened_equations,
 )
 from pitotbench.reconciliation.evidence import (
+    SINGULAR,
     Evidence,
     floored,
     significance,
@@ -35,6 +36,7 @@ from pitotbench.reconciliation.signatures import FITTED, columns_of, searched_sh
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Located
+from pitotbench.units import Array
 
 # The level of the turbulence of a log against that of null flights. No mean shows it. It shows in
 # how far the residuals of the wind triangle wander: in their autocovariance beyond the correlation
@@ -278,9 +280,10 @@ def learn_null_distribution(
     scales = [_scale_of(_all_but(flights, i)) for i in range(len(flights))]
     seen = (each or _in_turn)(evidence_of, list(zip(layouts, noises, scales, strict=True)))
     labels = seen[0][0]
-    apart, left = left_over(labels, [evidence for names, evidence in seen if names == labels])
-    means = np.mean([evidence.inner[:-1, -1] for evidence in left], axis=0)
-    size_mean = dict(zip(labels, means.tolist(), strict=True))
+    alike = [i for i, (names, _) in enumerate(seen) if names == labels]
+    apart, left = left_over(labels, [seen[i][1] for i in alike])
+    instants = float(np.mean([len(layouts[i].grid) for i in alike]))
+    size_mean = dict(zip(labels, (lasting_scores(left) / instants).tolist(), strict=True))
     scale = replace(_scale_of(flights), left_over=apart, size_mean=size_mean)
     largest = [
         flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)
@@ -370,6 +373,22 @@ def left_over(
         found[labels[worst]] = float(np.sqrt(square[worst]))
         each = [without_score(e, worst, found[labels[worst]]) for e in each]
     return found, each
+
+
+def lasting_scores(flights: Sequence[Evidence]) -> Array:
+    """Return the mean scores of sizes on null flights, (m,), along the directions in which it is no
+    chance.
+
+    The directions are the axes of the mean inner products, each size in units of its own power. The
+    noise of a mean is left out: of sizes that are nearly alike it would be large beside what
+    another log says of their difference.
+    """
+    mean = np.mean([flight.inner for flight in flights], axis=0)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(mean)[:-1], SMALLEST))
+    power, axes = np.linalg.eigh(mean[:-1, :-1] * np.outer(scale, scale))
+    along = axes.T @ (scale * mean[:-1, -1])
+    shown = (power > SINGULAR) & (along**2 > THRESHOLDS.left_over_from**2 * power)
+    return np.asarray(axes[:, shown] @ along[shown] / scale)
 
 
 def _in_turn(work: Callable[[Any], Any], flights: Sequence[Any]) -> list[Any]:

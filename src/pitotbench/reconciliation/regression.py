@@ -89,8 +89,6 @@ def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block
     equations = whitened_equations(layout, noise)
     wander = wander_of(null, layout.residuals.names)
     beyond = floored(layout, equations, null.scores, wander)
-    if null.flights:  # the means of so few have an error of their own
-        beyond = beyond.tempered(null.flights / (null.flights + 1.0))
     return Block(layout, noise, null, equations, beyond, _stands_out(layout, equations, null))
 
 

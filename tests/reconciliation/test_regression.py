@@ -43,7 +43,7 @@ def block_of(
     """
     typical = np.array([effect_of(e).parameter(name).typical for e, name in along])
     columns = np.array(list(along.values())) / typical[:, None]
-    means = columns @ np.mean([np.zeros(ROWS), *on_null], axis=0) * (len(on_null) + 1)
+    means = columns @ np.mean([*on_null] or [np.zeros(ROWS)], axis=0)
     every = np.vstack([np.ones(ROWS), columns, *cells, residual])
     parts = [every[:, n::FOLDS] for n in range(FOLDS)]
     products = np.stack([part @ part.T for part in parts])
@@ -54,7 +54,7 @@ def block_of(
         layout=SimpleNamespace(places=places),
         null=SimpleNamespace(gap_bayes_factor=THRESHOLDS.gap_bayes_factor),
         equations=equations,
-        beyond=Evidence(equations.inner).less_scores(means / max(1, len(on_null))),
+        beyond=Evidence(equations.inner).less_scores(means),
         stands_out=True,
     )
 

@@ -63,10 +63,11 @@ class ScoreScale:
     where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
     answers them and the vanes read them. `left_over` holds the same for sizes that null flights
     still seem to have when wander and fluctuation are eliminated, the largest first, each beside
-    those before it. `size_mean` is the mean score of a size beyond all these, an instant, without what is chance: what errors of
-    measured angles and gusts that turn the airplane give it on every flight. `free` is the root
-    mean square of each free parameter, in deviations of its prior: the scale of a vane that reads
-    gusts may come out at five of them on every flight. No other spread is below 1.
+    those before it. `size_mean` is the mean score of a size beyond all these, divided by the number
+    of instants and without what is chance: what errors of measured angles and gusts that turn the
+    airplane give it on every flight. `free` is the root mean square of each free parameter, in
+    deviations of its prior: the scale of a vane that reads gusts may come out at five of them on
+    every flight. No other spread is below 1.
     """
 
     search_gain: Mapping[str, Finite]

@@ -376,12 +376,11 @@ def left_over(
 
 
 def lasting_scores(flights: Sequence[Evidence]) -> Array:
-    """Return the mean scores of sizes on null flights, (m,), along the directions in which it is no
-    chance.
+    """Return the mean scores of sizes on null flights, (m,), without what is chance.
 
-    The directions are the axes of the mean inner products, each size in units of its own power. The
-    noise of a mean is left out: of sizes that are nearly alike it would be large beside what
-    another log says of their difference.
+    They are kept along those axes of the mean inner products, each size in units of its own power,
+    on which they are beyond chance. Of sizes that are nearly alike, the noise of the mean would be
+    large beside what another log says of their difference.
     """
     mean = np.mean([flight.inner for flight in flights], axis=0)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(mean)[:-1], SMALLEST))

@@ -456,11 +456,9 @@ def _deviations(members: Sequence[Member]) -> Array:
 def _cause(name: str) -> str:
     """The cause of a hypothesis, with its size where it is looked for alone."""
     effect, size = parted(name)
-    return (
-        name
-        if is_term(name) or not name
-        else SEPARATOR.join(filter(None, (cause_of(effect), size)))
-    )
+    if is_term(name) or not name:
+        return name
+    return SEPARATOR.join(filter(None, (cause_of(effect), size)))
 
 
 def _by_effect(gaps: Sequence[Found]) -> list[Found]:

@@ -99,12 +99,11 @@ def _read_air_rates(root: ET.Element) -> None:
     1.3 deg/s, and the moment of the downwash lag with it. In body axes a steady wind w changes by
     -ω × w, so that ω × w is missing in the acceleration through the air.
     """
-    places = ground_rates(root)
-    read = {(place.text or "").strip() for place in places}
-    for place in places:
-        place.text = AIR_RATES[(place.text or "").strip()][0]
-    # Functions outside the axes are computed before these, in the order of the file.
-    for path in sorted(read, reverse=True):
+    places = [(place, (place.text or "").strip()) for place in ground_rates(root)]
+    for place, path in places:
+        place.text = AIR_RATES[path][0]
+    # Functions outside the axes are computed before these.
+    for path in sorted({path for _, path in places}):
         _part(root, "aerodynamics").insert(0, _function(*AIR_RATES[path], ROOT))
 
 
@@ -123,10 +122,9 @@ def _air_rates() -> dict[str, tuple[str, Expression]]:
     alpha = quotient(difference(product(u, dw), product(w, du)), level)
     along = product(v, total(product(u, du), product(v, dv), product(w, dw)))
     beta = quotient(difference(product(dv, speed), along), product(speed, operation("sqrt", level)))
+    ground = {"alphadot-rad_sec": alpha, "betadot-rad_sec": beta}
     return {
-        path: (f"air/{angle}dot-rad_sec", total(path, turned))
-        for angle, turned in (("alpha", alpha), ("beta", beta))
-        for path in (f"aero/{angle}dot-rad_sec",)
+        f"aero/{rate}": (f"air/{rate}", total(f"aero/{rate}", off)) for rate, off in ground.items()
     }
 
 

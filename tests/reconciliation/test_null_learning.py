@@ -47,6 +47,7 @@ def test_what_eight_flights_have_in_common_is_kept_of_their_mean_score_and_chanc
         every = [np.concatenate([columns, each[:, None]], axis=1) for each in noise]
         flights.append([Evidence(each.T @ each) for each in every])
         pulls.append(pull * columns.T @ total)
-    found = lasting_scores(flights[0])
+    found, products = lasting_scores(flights[0])
     assert found[:3].sum() == pytest.approx(pulls[0][:3].sum(), rel=0.15)
-    assert not lasting_scores(flights[1]).any()
+    assert products == pytest.approx(np.mean([each.inner[:-1, :-1] for each in flights[0]], axis=0))
+    assert not lasting_scores(flights[1])[0].any()

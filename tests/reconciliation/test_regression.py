@@ -43,7 +43,8 @@ def block_of(
     """
     typical = np.array([effect_of(e).parameter(name).typical for e, name in along])
     columns = np.array(list(along.values())) / typical[:, None]
-    means = columns @ np.mean([*on_null] or [np.zeros(ROWS)], axis=0)
+    pull = np.mean([*on_null] or [np.zeros(ROWS)], axis=0)
+    sizes = np.linalg.lstsq(columns.T, pull, rcond=None)[0]
     every = np.vstack([np.ones(ROWS), columns, *cells, residual])
     parts = [every[:, n::FOLDS] for n in range(FOLDS)]
     products = np.stack([part @ part.T for part in parts])
@@ -54,7 +55,7 @@ def block_of(
         layout=SimpleNamespace(places=places),
         null=SimpleNamespace(gap_bayes_factor=THRESHOLDS.gap_bayes_factor),
         equations=equations,
-        beyond=Evidence(equations.inner).less_scores(means),
+        beyond=Evidence(equations.inner).less_sizes(range(len(along)), sizes),
         stands_out=True,
     )
 
@@ -355,20 +356,27 @@ def test_the_floor_is_marginalized_as_dense_algebra_does(sensed) -> None:
         )
 
 
-def test_the_mean_score_of_a_size_on_null_flights_is_taken_off(sensed) -> None:
+def test_what_a_size_has_on_every_flight_is_taken_off_the_log(sensed) -> None:
+    """All that sees the size sees it go; of a size that the log hardly shows, hardly anything."""
     log = sensed("gps_latency", das="20/20")
     layout = lay_out(
         log.select(log.time - log.time[0] < 120.0), None, AnalysisSetting(day_known=True), FEW
     )
-    equations = whitened_equations(layout, noise_of_log(layout))
-    plain, less = (
-        floored(layout, equations, ScoreScale({}, {}, {}, {}, size_mean=mean), {}).inner
-        for mean in ({}, {"gps_latency|latency_s": 7.0 / len(layout.grid)})
-    )
+    equations, instants = whitened_equations(layout, noise_of_log(layout)), len(layout.grid)
     late = [s.effect for s in layout.signatures].index("gps_latency")
-    expected = np.zeros_like(plain)
-    expected[late, -1] = expected[-1, late] = 7.0
-    assert plain - less == pytest.approx(expected)
+    plain = floored(layout, equations, ScoreScale({}, {}, {}, {}), {}).inner
+
+    def less(power: float) -> Array:
+        lasting = {"gps_latency|latency_s": 7.0 / instants}
+        scale = ScoreScale({}, {}, {}, {}, lasting=lasting, products=[[power / instants]])
+        return floored(layout, equations, scale, {}).inner
+
+    size = 7.0 / (plain[late, late] * (1.0 + THRESHOLDS.lasting_share))
+    expected = size * plain[:, late]
+    assert (plain - less(plain[late, late]))[:-1, -1] == pytest.approx(expected[:-1])
+    fall = 2.0 * size * plain[late, -1] - size**2 * plain[late, late]
+    assert (plain - less(plain[late, late]))[-1, -1] == pytest.approx(fall)
+    assert (plain - less(1e6 * plain[late, late]))[late, -1] == pytest.approx(7e-4, rel=1e-3)
 
 
 def test_a_power_that_rounding_made_negative_counts_as_none():

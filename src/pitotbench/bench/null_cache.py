@@ -19,7 +19,7 @@ from pitotbench.records.case_file import write_case
 Progress = Callable[[str], None]  # is called with a line about the step that begins
 
 
-MOST_KEPT = 100  # entries of the cache, about 1.6 MB each
+MOST_KEPT = 100  # entries of the cache, about 0.2 MB each
 
 
 def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:

@@ -102,11 +102,12 @@ class Evidence:
         lost = solve_triangular(factor, across, lower=True).T
         return Beside(Evidence(self.inner - lost @ lost.T), lost)
 
-    def less_scores(self, scores: Array) -> "Evidence":
-        """Return the evidence with these scores, (k,), taken off those of the first columns."""
-        inner, k = self.inner.copy(), len(scores)
-        inner[:k, -1] -= scores
-        inner[-1, :k] -= scores
+    def less_sizes(self, columns: Sequence[int], sizes: Array) -> "Evidence":
+        """Return the evidence of the log less some columns of these sizes, (k,)."""
+        inner, taken = self.inner.copy(), self.inner[:, columns] @ sizes
+        inner[:, -1] -= taken
+        inner[-1] -= taken
+        inner[-1, -1] += taken[columns] @ sizes
         return Evidence(inner)
 
     def tempered(self, power: float) -> "Evidence":
@@ -280,9 +281,9 @@ def floored(
     cells.
 
     Free parameters are eliminated, then what null flights show: the fluctuating part of each
-    signature, the sizes of the vanes, the wander of each channel in its cells, the sizes that are
-    left over, and their mean scores. `wander` is the surplus of the squared scores of a channel
-    over 1.
+    signature, the sizes of the vanes, the wander of each channel in its cells, and the sizes that
+    are left over. What sizes have on every flight is taken off. `wander` is the surplus of the
+    squared scores of a channel over 1.
     """
     k, labels = equations.free, [size_label(s.effect, s.parameter) for s in layout.signatures]
     products = equations.products.sum(axis=0)
@@ -313,8 +314,7 @@ def floored(
     for label, score in scores.left_over.items():
         if label in labels:
             beyond = without_score(beyond, labels.index(label), score)
-    means = np.array([scores.size_mean.get(label, 0.0) for label in labels])
-    return beyond.less_scores(means * len(layout.grid))
+    return _without_lasting(beyond, *scores.lasting_of(labels), len(layout.grid))
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:
@@ -356,6 +356,24 @@ def _wander(
         columns += usable
         deviations += np.sqrt(surplus / overlap / own).tolist()
     return columns, np.array(deviations)
+
+
+def _without_lasting(
+    evidence: Evidence, columns: list[int], scores: Array, products: Array, instants: int
+) -> Evidence:
+    """Return the evidence without the lasting scores of some columns, (k,), with their mean inner
+    products, (k, k), both an instant.
+
+    What null flights show there acts on the residual as sizes would, so that cells and other
+    effects see it as well. It is not taken off along an axis on which the log says far less of the
+    sizes than null flights do: such scores are none that the log can have.
+    """
+    usual = instants * THRESHOLDS.lasting_share * products
+    normal = evidence.inner[np.ix_(columns, columns)] + usual
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), SMALLEST))
+    right = instants * scores * scale
+    sizes = np.linalg.lstsq(normal * np.outer(scale, scale), right, rcond=SINGULAR)[0] * scale
+    return evidence.less_sizes(columns, sizes)
 
 
 def without_score(evidence: Evidence, column: int, score: float) -> Evidence:

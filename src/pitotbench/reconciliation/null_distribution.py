@@ -17,6 +17,7 @@ from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.signatures import FITTED, reads_gusts
 from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.units import Array
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
@@ -63,9 +64,10 @@ class ScoreScale:
     where every cell is fitted beside it: by what moves to and fro. Gusts give it one, for the pilot
     answers them and the vanes read them. `left_over` holds the same for sizes that null flights
     still seem to have when wander and fluctuation are eliminated, the largest first, each beside
-    those before it. `size_mean` is the mean score of a size beyond all these, divided by the number
-    of instants and without what is chance: what errors of measured angles and gusts that turn the
-    airplane give it on every flight. `free` is the root mean square of each free parameter, in
+    those before it. `lasting` is the mean score of a size beyond all these, without what is
+    chance: what errors of measured angles and gusts that turn the airplane give it on every flight;
+    `products` are the mean inner products of these sizes, (m, m). Both are divided by the number of
+    instants. `free` is the root mean square of each free parameter, in
     deviations of its prior: the scale of a vane that reads gusts may come out at five of them on
     every flight. No other spread is below 1.
     """
@@ -76,8 +78,20 @@ class ScoreScale:
     cell_spread: Mapping[str, Spread]
     fluctuation: Mapping[str, Spread] = field(default_factory=dict)
     left_over: Mapping[str, Spread] = field(default_factory=dict)
-    size_mean: Mapping[str, Finite] = field(default_factory=dict)
+    lasting: Mapping[str, Finite] = field(default_factory=dict)
+    products: list[list[Finite]] = field(default_factory=list)
     free: Mapping[str, NotNegative] = field(default_factory=dict)
+
+    def lasting_of(self, labels: Sequence[str]) -> tuple[list[int], Array, Array]:
+        """Return the places among some labels of the sizes with a lasting score, (k,), these
+        scores, (k,), and their inner products, (k, k). Raises ValueError where there are not as
+        many products as scores.
+        """
+        count, scores = len(self.lasting), np.array([*self.lasting.values()])
+        products = np.reshape(self.products, (count, count))
+        own = [i for i, label in enumerate(self.lasting) if label in labels]
+        places = [labels.index(label) for label in self.lasting if label in labels]
+        return places, scores[own], products[np.ix_(own, own)]
 
     def of_effect(self, name: str, score: float) -> float:
         """Return the score of an effect less its search gain, in units of its spread."""
@@ -98,8 +112,7 @@ class NullDistribution:
 
     `threshold` is for the largest score of the table and `cell_threshold` for the largest score of
     the cells, both on the scale of `scores`. `gust_level`, `channel_powers` and `spectral_lines`
-    hold further measures, see `null_learning`, which measures them. `evidence` holds each flight as
-    a log to be fitted.
+    hold further measures, see `null_learning`, which measures them.
     """
 
     noise: NoiseModel
@@ -199,6 +212,7 @@ def read_distribution(text: str | bytes) -> NullDistribution:
     """
     checked = TypeAdapter(_Text).validate_json(text, strict=True)
     own = {f.name: getattr(checked, f.name) for f in fields(checked)}
+    checked.scores.lasting_of(())
     return NullDistribution(**own | {"noise": _noise(checked.noise)})
 
 

@@ -283,8 +283,11 @@ def learn_null_distribution(
     alike = [i for i, (names, _) in enumerate(seen) if names == labels]
     apart, left = left_over(labels, [seen[i][1] for i in alike])
     instants = float(np.mean([len(layouts[i].grid) for i in alike]))
-    size_mean = dict(zip(labels, (lasting_scores(left) / instants).tolist(), strict=True))
-    scale = replace(_scale_of(flights), left_over=apart, size_mean=size_mean)
+    scores, products = (each / instants for each in lasting_scores(left))
+    lasting = dict(zip(labels, scores.tolist(), strict=True))
+    scale = replace(
+        _scale_of(flights), left_over=apart, lasting=lasting, products=products.tolist()
+    )
     largest = [
         flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)
     ]
@@ -318,7 +321,7 @@ def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
     effects = {n: np.array([f.effects.get(n, 0.0) for f in flights]) for n in names}
     cells = {c: [f.cells.get(c, 0.0) for f in flights] for c in labels}
     gain = {
-        n: max(0.0, float(np.mean(v)) - MEAN_SCORE) if _is_searched(n) else 0.0
+        n: max(0.0, float(np.mean(v)) - MEAN_SCORE) if searched_shapes(FITTED[n]) else 0.0
         for n, v in effects.items()
     }
     lowest = THRESHOLDS.score_deviation_lowest
@@ -334,11 +337,9 @@ def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
 
 def _spreads(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:
     """The root mean square of each score over flights."""
-    found = {}
-    for name in {name for each in flights for name in each}:
-        square = np.mean(np.square([each.get(name, 0.0) for each in flights]))
-        found[name] = float(np.sqrt(square))
-    return found
+    names = {name for each in flights for name in each}
+    scores = {name: [each.get(name, 0.0) for each in flights] for name in names}
+    return {name: float(np.sqrt(np.mean(np.square(own)))) for name, own in scores.items()}
 
 
 def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[str, ...], Evidence]:
@@ -348,7 +349,7 @@ def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[st
     layout, noise, scale = flight
     equations = whitened_equations(layout, scaled_to(noise, layout))
     beyond = floored(layout, equations, scale, wander_of_scores(scale))
-    kept = [i for i, s in enumerate(layout.signatures) if not _is_searched(s.effect)]
+    kept = [i for i, s in enumerate(layout.signatures) if not searched_shapes(FITTED[s.effect])]
     labels = [size_label(s.effect, s.parameter) for s in layout.signatures]
     return tuple(labels[i] for i in kept), beyond.given((), (), kept)[0]
 
@@ -375,8 +376,9 @@ def left_over(
     return found, each
 
 
-def lasting_scores(flights: Sequence[Evidence]) -> Array:
-    """Return the mean scores of sizes on null flights, (m,), without what is chance.
+def lasting_scores(flights: Sequence[Evidence]) -> tuple[Array, Array]:
+    """Return the mean scores of sizes on null flights, (m,), without what is chance, and the mean
+    inner products of the sizes, (m, m).
 
     They are kept along those axes of the mean inner products, each size in units of its own power,
     on which they are beyond chance. Of sizes that are nearly alike, the noise of the mean would be
@@ -387,7 +389,7 @@ def lasting_scores(flights: Sequence[Evidence]) -> Array:
     power, axes = np.linalg.eigh(mean[:-1, :-1] * np.outer(scale, scale))
     along = axes.T @ (scale * mean[:-1, -1])
     shown = (power > SINGULAR) & (along**2 > THRESHOLDS.left_over_from**2 * power)
-    return np.asarray(axes[:, shown] @ along[shown] / scale)
+    return np.asarray(axes[:, shown] @ along[shown] / scale), mean[:-1, :-1]
 
 
 def _in_turn(work: Callable[[Any], Any], flights: Sequence[Any]) -> list[Any]:
@@ -418,10 +420,6 @@ def scores_of(flight: Flight) -> FlightScores:
     return FlightScores(
         effects, cells, sizes, dict(zip(layout.free.names, free.tolist(), strict=True))
     )
-
-
-def _is_searched(name: str) -> bool:
-    return bool(searched_shapes(FITTED[name]))
 
 
 def _threshold(largest: Sequence[float], scores: int) -> float:

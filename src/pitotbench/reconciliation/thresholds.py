@@ -121,6 +121,9 @@ class Thresholds:
     left_over_from: float = (
         2.0  # root mean square of a score on eight null flights: by chance in one of 10,000
     )
+    lasting_share: float = (
+        0.01  # of what null flights say of a size, below which a log does not tell it
+    )
     left_over_most: int = (
         12  # sizes that null flights may still seem to have, so that the search ends
     )

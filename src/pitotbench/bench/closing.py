@@ -26,6 +26,7 @@ from pitotbench.bench.workflow import (
 )
 from pitotbench.campaigns.fleet import progress as progress_bar
 from pitotbench.effects import effect_of
+from pitotbench.reconciliation.equations import gain_in
 from pitotbench.reconciliation.other_flights import for_channels
 from pitotbench.reconciliation.regression import parted
 from pitotbench.reconciliation.shown_flight import largest_gap
@@ -137,8 +138,9 @@ def _shares(judged: Judged, whole: float) -> list[Gap]:
 
 
 def _gained(judged: Judged) -> float:
-    """The fall of the sum of squares by all that lasts in the airplane, in parts of the log with
-    the largest gap to which the sizes were not fitted. Causes that share a gap close it together.
+    """The fall of the sum of squares of the log with the largest gap by all that lasts in the
+    airplane, as far as it holds in parts of the logs to which the sizes were not fitted. Causes
+    that share a gap close it together.
     """
     fitted, block = judged.fitted, largest_gap(judged.shown).block
     own, others = (
@@ -146,7 +148,8 @@ def _gained(judged: Judged) -> float:
         for lasts in (True, False)
     )
     shown = fitted.regression.shown_columns
-    return block.equations.held_out_gain(shown(block, own), shown(block, others))
+    gain = gain_in(block.beyond.inner, shown(block, own), shown(block, others))
+    return gain * fitted.regression.held_out(others, own)
 
 
 def _form(gap: Gap) -> float:

@@ -35,7 +35,7 @@ from pitotbench.reconciliation.pictures import (
 )
 from pitotbench.reconciliation.regression import Fitted, is_term, parted
 from pitotbench.reconciliation.residuals import AircraftModel
-from pitotbench.reconciliation.shown_flight import ShownFlight
+from pitotbench.reconciliation.shown_flight import ShownFlight, largest_gap
 from pitotbench.reconciliation.verdict import Judged, judge
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
@@ -292,12 +292,12 @@ def reconcile_fully(
     formula = formula_of(judged)
     patch = patch_of(judged, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
-    gaps = [each.closure.before - each.closure.noise for each in judged.shown]
-    main = gaps.index(max(gaps))
-    shown = judged.shown[main]
+    shown = largest_gap(judged.shown)
+    main = next(i for i, each in enumerate(judged.shown) if each is shown)
     refly = refly and aircraft != "none"
-    why = "no aircraft model to fly it with" if aircraft == "none" else "not asked for"
-    flown = FlownAgain(skipped=why)
+    flown = FlownAgain(
+        skipped="no aircraft model to fly it with" if aircraft == "none" else "not asked for"
+    )
     if refly:
         say("flying the card again")
         again = as_the_log_shows(judged_logs[main].card, shown)

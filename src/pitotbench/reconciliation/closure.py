@@ -4,22 +4,25 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from pitotbench.reconciliation.equations import NormalEquations
+from pitotbench.reconciliation.equations import gain_in, scores_in
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.verdict import Closure
 from pitotbench.units import Array
 
 
 def closure_of(
-    equations: NormalEquations,
+    inner: Array,
     columns: Sequence[int],
     sizes: Sequence[float],
     cells: Sequence[int],
     covariance: Array | None = None,
     given: Sequence[int] = (),
 ) -> Closure:
-    """Return the closure by effects of given sizes; the free parameters are fitted anew, the sizes
-    are not.
+    """Return the closure by effects of given sizes, from the inner products, (m, m), of a log's
+    signatures, cells and, last, residual, beyond the floor of null flights.
+
+    What is left on every flight is no gap that an effect could close: of an effect of 10σ it would
+    be a third.
 
     `covariance` is that of the sizes, (k, k), where they come from another log. The columns
     `given` are fitted freely, before as well as after: an event of this log is no part of what
@@ -28,29 +31,23 @@ def closure_of(
     The sum of squares that noise leaves is that of a fit with free sizes and with every significant
     cell. So an explanation that leaves a gap elsewhere does not close all of it.
     """
-    before = equations.remaining(given)
-    after, chance = before, 0.0
-    if len(columns):
-        inner, s = equations.inner, np.asarray(sizes)
-        chosen, free = list(columns), list(given)
-        squares = inner[np.ix_(chosen, chosen)]
-        left = inner[free, -1] - inner[np.ix_(free, chosen)] @ s
-        taken = left @ np.linalg.lstsq(inner[np.ix_(free, free)], left, rcond=None)[0]
-        after = float(
-            equations.remaining(()) - 2.0 * s @ inner[chosen, -1] + s @ squares @ s - taken
-        )
-        chance = 0.0 if covariance is None else float(np.sum(squares * covariance))
-    used = [*columns, *given]
+    total, s = float(inner[-1, -1]), np.asarray(sizes, dtype=np.float64)
+    chosen, free = list(columns), list(given)
+    before = total - gain_in(inner, free)
+    squares = inner[np.ix_(chosen, chosen)]
+    left = inner[free, -1] - inner[np.ix_(free, chosen)] @ s
+    taken = left @ np.linalg.lstsq(inner[np.ix_(free, free)], left, rcond=None)[0]
+    after = float(total - 2.0 * s @ inner[chosen, -1] + s @ squares @ s - taken)
+    chance = 0.0 if covariance is None else float(np.sum(squares * covariance))
+    used = [*chosen, *free]
     for _ in range(THRESHOLDS.gap_cells_most if len(cells) else 0):
-        scores = equations.scores(cells, used)
+        scores = scores_in(inner, cells, used)
         worst = int(np.argmax(np.abs(scores)))
         if scores[worst] ** 2 < THRESHOLDS.gap_cell:
             break
         used.append(cells[worst])
-    noise = equations.remaining(used) + len(used)
-    return Closure(
-        before, after, min(noise, before, after) if len(columns) else min(noise, before), chance
-    )
+    noise = total - gain_in(inner, used) + len(used)
+    return Closure(before, after, min(noise, before, after), chance)
 
 
 def joined_closure(closures: Iterable[Closure]) -> Closure:

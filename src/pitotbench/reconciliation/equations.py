@@ -72,22 +72,7 @@ class NormalEquations:
 
         It is 0 for a column that the given ones reproduce.
         """
-        chosen, others = list(columns), list(given)
-        power, product = np.diag(self.inner)[chosen].copy(), self.inner[chosen, -1].copy()
-        whole = power.copy()
-        if others:
-            inverse = _solve(self.inner, others)[1]
-            across = self.inner[np.ix_(chosen, others)]
-            power -= np.einsum("ij,jk,ik->i", across, inverse, across)
-            product -= across @ inverse @ self.inner[others, -1]
-        usable = power > SINGULAR * np.maximum(whole, SMALLEST)
-        return np.where(usable, product / np.sqrt(np.where(usable, power, 1.0)), 0.0)
-
-    def remaining(self, columns: Sequence[int]) -> float:
-        """Return the sum of squares that remains after a fit of the free parameters and some
-        columns.
-        """
-        return float(self.inner[-1, -1] - _solve(self.inner, columns)[2])
+        return scores_in(self.inner, columns, given)
 
     def held_out_gain(self, columns: Sequence[int], given: Sequence[int] = ()) -> float:
         """Return the fall of the sum of squares by some columns in blocks that the fit does not
@@ -132,6 +117,25 @@ class NormalEquations:
         inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=ROUNDING, hermitian=True)
         sizes = scale * (inverse @ (scale * total[used, -1]))
         return sizes[:k], (scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)))[:k]
+
+
+def scores_in(inner: Array, columns: Sequence[int], given: Sequence[int] = ()) -> Array:
+    """Return the same of inner products, (m, m), whose last column is the residual."""
+    chosen, others = list(columns), list(given)
+    power, product = np.diag(inner)[chosen].copy(), inner[chosen, -1].copy()
+    whole = power.copy()
+    if others:
+        inverse = _solve(inner, others)[1]
+        across = inner[np.ix_(chosen, others)]
+        power -= np.einsum("ij,jk,ik->i", across, inverse, across)
+        product -= across @ inverse @ inner[others, -1]
+    usable = power > SINGULAR * np.maximum(whole, SMALLEST)
+    return np.where(usable, product / np.sqrt(np.where(usable, power, 1.0)), 0.0)
+
+
+def gain_in(inner: Array, columns: Sequence[int], given: Sequence[int] = ()) -> float:
+    """Return the fall of the sum of squares by some columns beside those that are `given`."""
+    return max(0.0, _solve(inner, [*given, *columns])[2] - _solve(inner, given)[2])
 
 
 def equations_from(products: Array, free: int, deviations: Array) -> NormalEquations:

@@ -13,7 +13,6 @@ from pitotbench.effects.effect import Effect
 from pitotbench.reconciliation.closure import closure_of
 from pitotbench.reconciliation.equations import (
     scaled_to,
-    whitened_equations,
     with_form_error,
 )
 from pitotbench.reconciliation.formula import signatures_at
@@ -25,6 +24,7 @@ from pitotbench.reconciliation.regression import (
     Member,
     Regression,
     Sizes,
+    block_of,
     is_term,
     keys_of,
 )
@@ -114,8 +114,8 @@ def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None
     once = [c for c in gaps if c not in columns]
     if not columns:
         return None
-    values, cells = here.values.tolist(), block.layout.examined
-    return closure_of(block.equations, columns, values, cells, here.covariance, once)
+    inner, values = block.beyond.inner, here.values.tolist()
+    return closure_of(inner, columns, values, block.cells, here.covariance, once)
 
 
 def _own_sizes(members: Sequence[Member], mine: Sizes, theirs: Sizes) -> Iterable[OwnSize]:
@@ -213,7 +213,8 @@ def hold_out(
     own = fitted.sizes.among(keys)
     if not own.keys:
         return None
-    equations = whitened_equations(layout, scaled_to(for_channels(null, layout).noise, layout))
+    of_log = for_channels(null, layout)
+    block = block_of(layout, scaled_to(of_log.noise, layout), of_log)
     columns, values = [keys.index(key) for key in own.keys], own.values.tolist()
     errors = with_form_error(own.covariance, values)
-    return closure_of(equations, columns, values, layout.examined, errors)
+    return closure_of(block.beyond.inner, columns, values, block.cells, errors)

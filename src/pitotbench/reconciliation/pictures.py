@@ -56,10 +56,10 @@ def waterfall(block: Block, fit: Fit, effects: Collection[str]) -> tuple[Step, .
 
 
 def _remaining(block: Block, fit: Fit, places: Sequence[int]) -> float:
-    """Sum of squares with some of the columns of a fit at their sizes and the others absent; the
-    free parameters are fitted.
+    """Sum of squares beyond the floor with some of the columns of a fit at their sizes and the
+    others absent.
     """
-    at, s, inner = [fit.columns[i] for i in places], fit.sizes[list(places)], block.equations.inner
+    at, s, inner = [fit.columns[i] for i in places], fit.sizes[list(places)], block.beyond.inner
     return float(inner[-1, -1] - 2.0 * s @ inner[at, -1] + s @ inner[np.ix_(at, at)] @ s)
 
 

@@ -83,6 +83,11 @@ class Block:
         """The sizes that the log shows, each as the effect and its parameter."""
         return tuple((s.effect, s.parameter) for s in self.layout.signatures)
 
+    @property
+    def cells(self) -> range:
+        """The columns of the examined cells in the evidence."""
+        return range(len(self.layout.signatures), len(self.beyond.inner) - 1)
+
 
 def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block:
     """Return a log that is laid out as a block of the regression."""
@@ -285,8 +290,10 @@ class Regression:
         """The logarithm of the Bayes factor from which the logs show a gap, infinite where none of
         them stands out. A log that does not takes nothing from those that do.
         """
-        shown = [block.null.gap_bayes_factor for block in self.blocks if block.stands_out]
-        return max(shown, default=np.inf)
+        return max(
+            (block.null.gap_bayes_factor for block in self.blocks if block.stands_out),
+            default=np.inf,
+        )
 
     def beside(
         self, members: Sequence[Member], refused: frozenset[str] | set[str] = frozenset()
@@ -302,10 +309,9 @@ class Regression:
             for n in self.columns
             if _cause(n) not in taken and refused.isdisjoint((n, parted(n)[0]))
         ]
-        prior_none = np.log(THRESHOLDS.prior_of_none)
         weights, unmodeled, _ = self._weighed(beside, names)
-        every = [*weights.values(), *unmodeled.values()]
-        log_bayes_factor = float(logsumexp(every) - prior_none)
+        whole = float(logsumexp([*weights.values(), *unmodeled.values()]))
+        log_bayes_factor = whole - float(np.log(THRESHOLDS.prior_of_none))
         power = tempering_power(log_bayes_factor)
         weights, unmodeled, found = self._weighed(beside.tempered(power), names)
         whole = float(logsumexp([*weights.values(), *unmodeled.values()]))
@@ -316,7 +322,7 @@ class Regression:
             {name: float(np.exp(value - whole)) for name, value in weights.items()},
             float(np.exp(logsumexp([*unmodeled.values()]) - whole)),
             max(unmodeled, key=lambda place: unmodeled[place]) if unmodeled else "",
-            self._held_out(members, member),
+            self.held_out(members, [member]),
         )
 
     def _weighed(
@@ -372,13 +378,13 @@ class Regression:
         both = np.logaddexp(plain.log_evidence, opened.log_evidence + extra) - np.log(2.0)
         return float(both), member
 
-    def _held_out(self, members: Sequence[Member], new: Member) -> float:
-        """The fall of the sum of squares by a hypothesis beside others in parts of the logs that
-        the sizes are not fitted to, over that in the fit.
+    def held_out(self, members: Sequence[Member], new: Sequence[Member]) -> float:
+        """Return the fall of the sum of squares by some hypotheses beside others in parts of the
+        logs that the sizes are not fitted to, over that in the fit.
         """
         held = inside = 0.0
         for block in self.blocks:
-            own = self.shown_columns(block, [new])
+            own = self.shown_columns(block, new)
             given = self.shown_columns(block, members)
             if own:
                 held += block.equations.held_out_gain(own, given)

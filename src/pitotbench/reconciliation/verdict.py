@@ -11,6 +11,7 @@ from pitotbench.effects import effect_of
 from pitotbench.reconciliation.closure import closes, joined_closure
 from pitotbench.reconciliation.equations import (
     Fit,
+    gain_in,
 )
 from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
 from pitotbench.reconciliation.layout import Layout
@@ -191,16 +192,15 @@ def _answer(
     left, unexplained = 1.0 - closure.share, [p for each in shown for p in each.unexplained]
     outweighed = any(each.outweighs for each in shown)
     known = [gap for gap in fitted.gaps if not is_term(gap.member.name)]
-    shows_more = fitted.shows_more
     certain = _certain(shown)
     withdrawn = outweighed or any(each.withdraws for each in objections)
     if withdrawn or not (known or certain):
-        unknown = withdrawn or fitted.gaps or shows_more
+        unknown = withdrawn or fitted.gaps or fitted.shows_more
         kind: Kind = "unknown" if unknown else "no_gap"
     else:
         kind = "named"
     quiet = not any(each.block.stands_out for each in shown)
-    trusts = kind == "named" and not doubts and not shows_more
+    trusts = kind == "named" and not doubts and not fitted.shows_more
     gaps, probabilities = list[Gap](), dict[str, float]()
     for found in fitted.gaps:
         own = left if trusts and not may_be_form(found, fitted.gaps) else 1.0
@@ -213,7 +213,9 @@ def _answer(
     if withdrawn and doubts:
         notes = ", ".join(m.name for m in fitted.members)
         doubts = (*doubts, f"the name {notes} is withdrawn")
-    remains = kind in SURE and (shows_more or bool(unexplained) or len(known) < len(fitted.gaps))
+    remains = kind in SURE and (
+        fitted.shows_more or bool(unexplained) or len(known) < len(fitted.gaps)
+    )
     given = main.fit.columns if remains else ()
     located = [place for each in shown for place in each.located(given if each is main else ())]
     return Verdict(
@@ -274,7 +276,7 @@ def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float) -> Gap:
     own, other_columns = (
         fitted.regression.shown_columns(main.block, m) for m in ([found.member], given)
     )
-    gain = main.block.equations.fit(own, other_columns).gain if own else 0.0
+    gain = gain_in(main.block.beyond.inner, own, other_columns)
     closed = gain / max(closure.before - closure.noise, gain, 1.0)
     ranked = list(found.causes)
     if is_term(found.member.name):

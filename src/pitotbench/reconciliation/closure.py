@@ -21,8 +21,8 @@ def closure_of(
     """Return the closure by effects of given sizes, from the inner products, (m, m), of a log's
     signatures, cells and, last, residual, beyond the floor of null flights.
 
-    What is left on every flight is no gap that an effect could close: of an effect of 10σ it would
-    be a third.
+    What flights without an effect show as well is no gap that an effect could close. Beside an
+    effect of 10σ it is up to a third of all that stands above the noise.
 
     `covariance` is that of the sizes, (k, k), where they come from another log. The columns
     `given` are fitted freely, before as well as after: an event of this log is no part of what

@@ -68,10 +68,7 @@ class NormalEquations:
         return Fit(tuple(columns), sizes[first:], covariance[first:, first:], max(0.0, gain - base))
 
     def scores(self, columns: Sequence[int], given: Sequence[int] = ()) -> Array:
-        """Return the size of each column alone over its deviation, with others `given` in the fit.
-
-        It is 0 for a column that the given ones reproduce.
-        """
+        """Return the score of each column, see `scores_in`."""
         return scores_in(self.inner, columns, given)
 
     def held_out_gain(self, columns: Sequence[int], given: Sequence[int] = ()) -> float:
@@ -120,7 +117,10 @@ class NormalEquations:
 
 
 def scores_in(inner: Array, columns: Sequence[int], given: Sequence[int] = ()) -> Array:
-    """Return the same of inner products, (m, m), whose last column is the residual."""
+    """Return the size of each column alone over its deviation, with others `given` in the fit, from
+    inner products, (m, m), whose last column is the residual; 0 for one that the given ones
+    reproduce.
+    """
     chosen, others = list(columns), list(given)
     power, product = np.diag(inner)[chosen].copy(), inner[chosen, -1].copy()
     whole = power.copy()
@@ -134,7 +134,9 @@ def scores_in(inner: Array, columns: Sequence[int], given: Sequence[int] = ()) -
 
 
 def gain_in(inner: Array, columns: Sequence[int], given: Sequence[int] = ()) -> float:
-    """Return the fall of the sum of squares by some columns beside those that are `given`."""
+    """Return the fall of the sum of squares by some columns beside those that are `given`, from
+    inner products, (m, m), whose last column is the residual.
+    """
     return max(0.0, _solve(inner, [*given, *columns])[2] - _solve(inner, given)[2])
 
 

@@ -314,7 +314,9 @@ def floored(
     for label, score in scores.left_over.items():
         if label in labels:
             beyond = without_score(beyond, labels.index(label), score)
-    return _without_lasting(beyond, *scores.lasting_of(labels), len(layout.grid))
+    # An effect for a part of the flight is none that every flight has.
+    lasting = scores.lasting_of([f"{s.effect}|{s.parameter}" for s in layout.signatures])
+    return _without_lasting(beyond, *lasting, len(layout.grid))
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:

@@ -65,11 +65,11 @@ class ScoreScale:
     answers them and the vanes read them. `left_over` holds the same for sizes that null flights
     still seem to have when wander and fluctuation are eliminated, the largest first, each beside
     those before it. `lasting` is the mean score of a size beyond all these, without what is
-    chance: what errors of measured angles and gusts that turn the airplane give it on every flight;
-    `products` are the mean inner products of these sizes, (m, m). Both are divided by the number of
-    instants. `free` is the root mean square of each free parameter, in
-    deviations of its prior: the scale of a vane that reads gusts may come out at five of them on
-    every flight. No other spread is below 1.
+    chance: what errors of measured angles and gusts that turn the airplane give it on every flight.
+    `products` are the mean inner products of these sizes, (m, m); both are divided by the number of
+    instants. `free` is the root mean square of each free parameter, in deviations of its prior: the
+    scale of a vane that reads gusts may come out at five of them on every flight. No other spread
+    is below 1.
     """
 
     search_gain: Mapping[str, Finite]

@@ -373,9 +373,8 @@ def _without_lasting(
     usual = instants * THRESHOLDS.lasting_share * products
     normal = evidence.inner[np.ix_(columns, columns)] + usual
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), SMALLEST))
-    right = instants * scores * scale
-    sizes = np.linalg.lstsq(normal * np.outer(scale, scale), right, rcond=SINGULAR)[0] * scale
-    return evidence.less_sizes(columns, sizes)
+    scaled, right = normal * np.outer(scale, scale), instants * scores * scale
+    return evidence.less_sizes(columns, scale * np.linalg.lstsq(scaled, right, SINGULAR)[0])
 
 
 def without_score(evidence: Evidence, column: int, score: float) -> Evidence:

@@ -294,8 +294,9 @@ def learn_null_distribution(
     largest_cell = [
         flight.largest_cell(others) for flight, others in zip(flights, scales, strict=True)
     ]
-    levels = [{"": gust_level(layout)} for layout in layouts]
-    gusts = measures_over(levels, THRESHOLDS.gust_deviation_lowest)[""]
+    gusts = measures_over(
+        [{"": gust_level(layout)} for layout in layouts], THRESHOLDS.gust_deviation_lowest
+    )[""]
     powers = [channel_powers(layout, noise) for layout, noise in zip(layouts, noises, strict=True)]
     return NullDistribution(
         noise=learned(names, data),

@@ -227,7 +227,7 @@ def test_what_a_form_leaves_open_is_in_the_sizes_and_closes_the_gap() -> None:
     typical = effect_of("pitch_stiffness").parameter("zero_coefficient").typical
     assert one.sizes.by_key()[moment] == pytest.approx(0.2 * typical, rel=0.1)
     fit = one.fit_of(block)
-    closed = closure_of(block.equations.inner, fit.columns, fit.sizes.tolist(), [])
+    closed = closure_of(Evidence(block.equations.inner), fit.columns, fit.sizes.tolist(), [])
     assert closed.share > 0.999
 
 

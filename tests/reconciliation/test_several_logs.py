@@ -60,10 +60,10 @@ def test_uncertain_sizes_leave_as_much_as_draws_of_them_do() -> None:
     equations = equations_from(inner_products(columns, residual), 2, np.array([1.0, 2.0]))
     covariance = np.array([[0.04, 0.01], [0.01, 0.02]])
     sizes = np.array([0.7, -0.3])
-    expected = closure_of(equations.inner, (0, 1), sizes.tolist(), (), covariance)
+    expected = closure_of(Evidence(equations.inner), (0, 1), sizes.tolist(), (), covariance)
     draws = random.multivariate_normal(sizes, covariance, size=5_000)
     left = np.array(
-        [closure_of(equations.inner, (0, 1), drawn.tolist(), ()).after for drawn in draws]
+        [closure_of(Evidence(equations.inner), (0, 1), drawn.tolist(), ()).after for drawn in draws]
     )
     error = np.std(left) / np.sqrt(len(left))
     assert np.mean(left) - expected.after == pytest.approx(expected.chance, abs=4.0 * error)
@@ -75,12 +75,14 @@ def test_an_event_of_a_flight_is_no_part_of_what_the_others_can_close() -> None:
     residual += columns @ np.array([0.0, 0.0, 0.8, -0.5, 30.0])
     equations = equations_from(inner_products(columns, residual), 2, np.array([1.0, 2.0]))
     fit = equations.fit((0, 1, 2))
-    closed = closure_of(equations.inner, (0, 1), fit.sizes[:2].tolist(), (), given=(2,))
+    closed = closure_of(Evidence(equations.inner), (0, 1), fit.sizes[:2].tolist(), (), given=(2,))
     assert closed.before == pytest.approx(equations.inner[-1, -1] - gain_in(equations.inner, (2,)))
     assert closed.after == pytest.approx(
         equations.inner[-1, -1] - gain_in(equations.inner, (0, 1, 2))
     )
-    apart = closure_of(equations.inner, (0, 1), (fit.sizes[:2] + 0.3).tolist(), (), given=(2,))
+    apart = closure_of(
+        Evidence(equations.inner), (0, 1), (fit.sizes[:2] + 0.3).tolist(), (), given=(2,)
+    )
     assert closed.after < apart.after < closed.before
 
 
@@ -90,10 +92,9 @@ def test_what_every_flight_has_in_a_place_is_no_gap_that_an_effect_could_close()
     columns = random.normal(size=(400, 1, 2)) / np.sqrt(400.0)
     residual = random.normal(size=(400, 1)) + columns @ np.array([10.0, 6.0])
     inner = inner_products(columns, residual)[0]
-    floor = Evidence(inner).given((1,), (6.0,), (0, 1))[0].inner
-    shares = []
-    for products in (inner, floor):
-        size = products[0, -1] / products[0, 0]
-        shares.append(closure_of(products, (0,), (size,), (1,)).share)
+    plain, shares = Evidence(inner), []
+    for evidence in (plain, plain.given((1,), (6.0,), (0, 1))[0]):
+        size = evidence.inner[0, -1] / evidence.inner[0, 0]
+        shares.append(closure_of(evidence, (0,), (size,), (1,)).share)
     assert shares[0] < 0.8
     assert shares[1] > 0.95

@@ -5,21 +5,22 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from pitotbench.reconciliation.equations import gain_in, scores_in
+from pitotbench.reconciliation.evidence import Evidence
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.verdict import Closure
 from pitotbench.units import Array
 
 
 def closure_of(
-    inner: Array,
+    evidence: Evidence,
     columns: Sequence[int],
     sizes: Sequence[float],
     cells: Sequence[int],
     covariance: Array | None = None,
     given: Sequence[int] = (),
 ) -> Closure:
-    """Return the closure by effects of given sizes, from the inner products, (m, m), of a log's
-    signatures, cells and, last, residual, beyond the floor of null flights.
+    """Return the closure by effects of given sizes, from the evidence of a log beyond the floor of
+    null flights; `columns` are those of the sizes, (k,), and `cells` those of the examined cells.
 
     What flights without an effect show as well is no gap that an effect could close. Beside an
     effect of 10σ it is up to a third of all that stands above the noise.
@@ -31,22 +32,18 @@ def closure_of(
     The sum of squares that noise leaves is that of a fit with free sizes and with every significant
     cell. So an explanation that leaves a gap elsewhere does not close all of it.
     """
-    total, s = float(inner[-1, -1]), np.asarray(sizes, dtype=np.float64)
-    chosen, free = list(columns), list(given)
-    before = total - gain_in(inner, free)
-    squares = inner[np.ix_(chosen, chosen)]
-    left = inner[free, -1] - inner[np.ix_(free, chosen)] @ s
-    taken = left @ np.linalg.lstsq(inner[np.ix_(free, free)], left, rcond=None)[0]
-    after = float(total - 2.0 * s @ inner[chosen, -1] + s @ squares @ s - taken)
+    inner, left = evidence.inner, evidence.less_sizes(columns, np.asarray(sizes, dtype=float)).inner
+    before, after = (float(each[-1, -1]) - gain_in(each, given) for each in (inner, left))
+    squares = inner[np.ix_(columns, columns)]
     chance = 0.0 if covariance is None else float(np.sum(squares * covariance))
-    used = [*chosen, *free]
+    used = [*columns, *given]
     for _ in range(THRESHOLDS.gap_cells_most if len(cells) else 0):
         scores = scores_in(inner, cells, used)
         worst = int(np.argmax(np.abs(scores)))
         if scores[worst] ** 2 < THRESHOLDS.gap_cell:
             break
         used.append(cells[worst])
-    noise = total - gain_in(inner, used) + len(used)
+    noise = float(inner[-1, -1]) - gain_in(inner, used) + len(used)
     return Closure(before, after, min(noise, before, after), chance)
 
 

@@ -104,10 +104,11 @@ class Evidence:
 
     def less_sizes(self, columns: Sequence[int], sizes: Array) -> "Evidence":
         """Return the evidence of the log less some columns of these sizes, (k,)."""
-        inner, taken = self.inner.copy(), self.inner[:, columns] @ sizes
+        chosen = np.asarray(columns, dtype=np.intp)
+        inner, taken = self.inner.copy(), self.inner[:, chosen] @ sizes
         inner[:, -1] -= taken
         inner[-1] -= taken
-        inner[-1, -1] += taken[columns] @ sizes
+        inner[-1, -1] += taken[chosen] @ sizes
         return Evidence(inner)
 
     def tempered(self, power: float) -> "Evidence":
@@ -311,12 +312,13 @@ def floored(
     channels = [cell.channel for _, cell in places]
     beyond, _ = plain.given(usable, sized, range(len(kept)))
     beyond, _ = beyond.given(*_wander(plain, count, channels, wander))
-    for label, score in scores.left_over.items():
-        if label in labels:
-            beyond = without_score(beyond, labels.index(label), score)
     # An effect for a part of the flight is none that every flight has.
-    lasting = scores.lasting_of([f"{s.effect}|{s.parameter}" for s in layout.signatures])
-    return _without_lasting(beyond, *lasting, len(layout.grid))
+    parts = [effect_of(signature.effect).part_of for signature in layout.signatures]
+    lasts = ["" if part else label for part, label in zip(parts, labels, strict=True)]
+    for label, score in scores.left_over.items():
+        if label in lasts:
+            beyond = without_score(beyond, lasts.index(label), score)
+    return _without_lasting(beyond, *scores.lasting_of(lasts), len(layout.grid))
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:

@@ -114,8 +114,8 @@ def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None
     once = [c for c in gaps if c not in columns]
     if not columns:
         return None
-    inner, values = block.beyond.inner, here.values.tolist()
-    return closure_of(inner, columns, values, block.cells, here.covariance, once)
+    values = here.values.tolist()
+    return closure_of(block.beyond, columns, values, block.cells, here.covariance, once)
 
 
 def _own_sizes(members: Sequence[Member], mine: Sizes, theirs: Sizes) -> Iterable[OwnSize]:
@@ -217,4 +217,4 @@ def hold_out(
     block = block_of(layout, scaled_to(of_log.noise, layout), of_log)
     columns, values = [keys.index(key) for key in own.keys], own.values.tolist()
     errors = with_form_error(own.covariance, values)
-    return closure_of(block.beyond.inner, columns, values, block.cells, errors)
+    return closure_of(block.beyond, columns, values, block.cells, errors)

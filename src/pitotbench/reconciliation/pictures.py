@@ -59,8 +59,8 @@ def _remaining(block: Block, fit: Fit, places: Sequence[int]) -> float:
     """Sum of squares beyond the floor with some of the columns of a fit at their sizes and the
     others absent.
     """
-    at, s, inner = [fit.columns[i] for i in places], fit.sizes[list(places)], block.beyond.inner
-    return float(inner[-1, -1] - 2.0 * s @ inner[at, -1] + s @ inner[np.ix_(at, at)] @ s)
+    at = [fit.columns[i] for i in places]
+    return float(block.beyond.less_sizes(at, fit.sizes[list(places)]).inner[-1, -1])
 
 
 def traces(block: Block, fit: Fit) -> tuple[Trace, ...]:

@@ -310,8 +310,8 @@ class Regression:
             if _cause(n) not in taken and refused.isdisjoint((n, parted(n)[0]))
         ]
         weights, unmodeled, _ = self._weighed(beside, names)
-        whole = float(logsumexp([*weights.values(), *unmodeled.values()]))
-        log_bayes_factor = whole - float(np.log(THRESHOLDS.prior_of_none))
+        every = [*weights.values(), *unmodeled.values()]
+        log_bayes_factor = float(logsumexp(every) - np.log(THRESHOLDS.prior_of_none))
         power = tempering_power(log_bayes_factor)
         weights, unmodeled, found = self._weighed(beside.tempered(power), names)
         whole = float(logsumexp([*weights.values(), *unmodeled.values()]))

@@ -80,7 +80,7 @@ def show_flight(block: Block, fitted: Fitted) -> ShownFlight:
     outweighs = (
         bool(unexplained_places) and not counted and (not fit.columns or bool(unexplained(larger)))
     )
-    closure = closure_of(block.beyond.inner, fit.columns, fit.sizes.tolist(), block.cells)
+    closure = closure_of(block.beyond, fit.columns, fit.sizes.tolist(), block.cells)
     return ShownFlight(block, fit, closure, (*counted, *gusts), unexplained_places, outweighs)
 
 

@@ -87,7 +87,7 @@ def test_an_event_of_a_flight_is_no_part_of_what_the_others_can_close() -> None:
 
 
 def test_what_every_flight_has_in_a_place_is_no_gap_that_an_effect_could_close() -> None:
-    """An effect of 10σ closed two thirds beside a place that stands at 6σ on every flight."""
+    """An effect of 10σ closed three quarters beside a place that stands at 6σ on every flight."""
     random = np.random.default_rng(8)
     columns = random.normal(size=(400, 1, 2)) / np.sqrt(400.0)
     residual = random.normal(size=(400, 1)) + columns @ np.array([10.0, 6.0])

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from importlib.metadata import Distribution, PackageNotFoundError
 from itertools import count
 from pathlib import Path
 
@@ -17,7 +18,7 @@ import pandas as pd
 import pytest
 from tests.campaigns.hard_tasks import Stub, act, stored
 
-from pitotbench import BadInputError, CampaignRequest, Case, run_campaign
+from pitotbench import BadInputError, CampaignRequest, Case, __version__, run_campaign
 from pitotbench.campaigns import store as store_module
 from pitotbench.campaigns.campaign import Watch, fly_missing
 from pitotbench.campaigns.fleet import Fleet, FleetLostError
@@ -58,6 +59,24 @@ def campaign(tmp_path_factory):
     run_campaign(request)
     run_campaign(replace(request, seeds="2-2"))
     return request
+
+
+def test_a_checkout_that_is_not_installed_flies_a_campaign(tmp_path, monkeypatch):
+    """It has no metadata; the versions of a part are looked up when its flight is over."""
+    found = Distribution.from_name
+
+    def lost(name):
+        if name == "pitotbench":
+            raise PackageNotFoundError(name)
+        return found(name)
+
+    monkeypatch.setattr(Distribution, "from_name", lost)
+    out = tmp_path / "out"
+    run_campaign(
+        CampaignRequest("decel_circle", "2/1", base=SHORT, seeds=1, out=out, jobs=1, report=False)
+    )
+    made = [json.loads(part.read_text())["made"]["versions"] for part in out.rglob("??/*.json")]
+    assert [each["pitotbench"] for each in made] == [__version__]
 
 
 def test_what_is_stored_is_not_performed_again(store, tmp_path):

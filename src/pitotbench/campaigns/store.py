@@ -17,7 +17,6 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from glob import glob
 from hashlib import sha256
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -32,6 +31,7 @@ from pitotbench.records.case_file import case_columns, write_case
 from pitotbench.records.flight import Score
 from pitotbench.show.markup import Section
 from pitotbench.units import KNOT
+from pitotbench.version import version_of
 
 Document = dict[str, Any]
 PARTS, LOGS, INDEX = "flights", "logs", "index.parquet"
@@ -315,6 +315,5 @@ def _sections() -> TypeAdapter[list[Section]]:
     return TypeAdapter(list[Section])
 
 
-@cache
 def _versions() -> dict[str, str]:
-    return {name: version(name) for name in ("pitotbench", "jsbsim", "numpy", "scipy")}
+    return {name: version_of(name) for name in ("pitotbench", "jsbsim", "numpy", "scipy")}

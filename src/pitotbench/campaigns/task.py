@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
-from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -28,6 +27,7 @@ from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.markup import Section
 from pitotbench.show.reader_units import units_named
 from pitotbench.simulation.sortie import fly
+from pitotbench.version import version_of
 
 SCHEMA = 2  # of a stored result
 KEEP_LOGS = ("none", "failed", "all")
@@ -81,7 +81,7 @@ def cell_digest(case: Case, systems: Sequence[DataSystem], calibrations: Calibra
         [[label, asdict(options)] for label, options in calibrations],
         code_digest(),
         aircraft_digest(case.aircraft),
-        version("jsbsim"),
+        version_of("jsbsim"),
     ]
     return sha256(json.dumps(content, default=repr).encode()).hexdigest()
 

@@ -135,11 +135,9 @@ class _ShowVersions(argparse.Action):
         )
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        from importlib.metadata import version
+        from pitotbench.version import version_of
 
-        from pitotbench import __version__
-
-        print(f"pitotbench {__version__}, JSBSim {version('jsbsim')}")
+        print(f"pitotbench {version_of('pitotbench')}, JSBSim {version_of('jsbsim')}")
         parser.exit(DONE)
 
 

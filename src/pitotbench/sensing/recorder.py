@@ -4,9 +4,7 @@ request.
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache
 from hashlib import sha256
-from importlib.metadata import PackageNotFoundError, version
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -38,6 +36,7 @@ from pitotbench.sensing.sampling import (
 )
 from pitotbench.timeline import gaps, interval, stretches
 from pitotbench.units import FULL_TURN, Array, Meters, Pascal, Seconds
+from pitotbench.version import version_of
 
 Curve = PressureErrorCurve | TableCurve
 
@@ -358,20 +357,12 @@ def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
     system = {**case_table(Case(das=das))["das"], "name": das.label}
     return {
         "format": "pitotbench flight log 1",
-        "versions": {name: _version(name) for name in ("pitotbench", "jsbsim", "numpy")},
+        "versions": {name: version_of(name) for name in ("pitotbench", "jsbsim", "numpy")},
         "seeds": {"truth": case.truth_seed, "sensor": sensor_seed},
         "case": {**public, "das": system},
         "case_sha256": sha256(write_case(case).encode()).hexdigest(),
         "accuracy": {**EXACT, **case.accuracy},
     }
-
-
-@cache  # to read the metadata of three packages takes a fifth of a short log's time
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:  # run from a checkout that is not installed
-        return "unknown"
 
 
 _CASE = b"pitotbench case"

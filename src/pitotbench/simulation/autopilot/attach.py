@@ -11,7 +11,6 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from hashlib import sha256
-from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
@@ -37,6 +36,7 @@ from pitotbench.simulation.autopilot.linear_model import engine_time, linearize,
 from pitotbench.simulation.autopilot.loops import shape
 from pitotbench.simulation.properties import CHANNELS
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
+from pitotbench.version import version_of
 
 ALTITUDE = 6000.0 * FOOT  # for which the loops are shaped: that of the cards
 MOST_KEPT = 50  # attached aircraft in the cache
@@ -194,7 +194,7 @@ def _digest(folder: Path) -> str:
         *(here.parent / name for name in _DECIDING),
     ]
     digest = sha256(
-        repr([f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]).encode()
+        repr([f"{name} {version_of(name)}" for name in ("jsbsim", "numpy", "scipy")]).encode()
     )
     for root, files in (
         (here.parent, code),

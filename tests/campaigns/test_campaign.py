@@ -2,16 +2,22 @@
 leaves behind.
 """
 
+import json
 import re
 import shutil
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from pitotbench import BadInputError, CampaignRequest, Case, NoAnswerError, run_campaign
 from pitotbench.campaigns.plan_file import plan_of_names
-from pitotbench.campaigns.result_table import write_page
+from pitotbench.campaigns.result_table import _entries, write_page
+from pitotbench.cli.app import main
+from pitotbench.records.case_file import case_columns
+from pitotbench.show.campaign import campaign_tree, means_of
+from pitotbench.show.tree import Table
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.aircraft_files import load_fdm
 
@@ -126,6 +132,73 @@ def test_one_task_is_one_flight(small):
     tasks = [*plan_of_names(Case(), "all", "all", "all", range(1, 4), request.options).tasks()]
     assert len(tasks) == 5 * 3
     assert len({(t.case.maneuver, t.case.truth_seed) for t in tasks}) == 15
+
+
+WINDS = """
+das = ["2/1"]
+[case]
+maneuver = "decel_circle"
+card = { speeds_kt = [130.0, 110.0], dwells_s = [10.0, 10.0], settle_s = 2.0 }
+integration_rate_hz = 40
+[grid]
+"wind.speed_mps" = [0, 10]
+[[calibrate]]
+[[calibrate]]
+label = "paper"
+method = "paper"
+"""
+
+
+def test_what_a_plan_varies_is_never_pooled(tmp_path, capsys):
+    """Wind, in the unit of the plan, and calibration: on the terminal, the page, in Python, and in the
+    means that are written.
+    """
+    plan, out = tmp_path / "winds.toml", tmp_path / "out"
+    plan.write_text(WINDS)
+    assert main(["campaign", str(plan), "--out", str(out), "--jobs", "1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    head = next(number for number, line in enumerate(lines) if "─" in line)
+    assert len([line for line in lines[head:] if line.startswith("decel circle")]) == 4
+    assert "calibration    [m/s]" in lines[head - 1]
+    assert [line[:19] for line in lines[:2]] == ["Wind speed 0 m/s: D", "Wind speed 10 m/s: "]
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "wind speed<br>[m/s]" in page
+    found = run_campaign(CampaignRequest(plan=plan, out=out, report=False)).means
+    assert found["wind.speed_mps"].tolist() == [0.0, 0.0, 10.0, 10.0]
+    assert found["two_sigma_kt"].nunique() == 4
+    means = tmp_path / "means.csv"
+    assert main(["results", str(out), "--by", "wind.speed_kt", "--out", str(means)]) == 0
+    assert len(pd.read_csv(means)) == 2
+    assert main(["results", str(out), "--by", "maneuver"]) == 0
+    assert "mean over several values of calibration, wind.speed_kt" in capsys.readouterr().out
+    assert main(["results", str(out)]) == 0
+    assert "wind.speed_kt" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("path", "found"),
+    [
+        ("fuel", {"fuel": 0.5}),
+        ("altitude_m", {"altitude_m": 1828.8}),
+        ("effects.0.parameters.latency_s", {"effects.0.parameters.latency_s": 0.4}),
+        ("effects.1.name", {"effects.1.name": None}),
+        ("wind", {"wind.speed_kt": 15.0, "wind.from_direction_deg": 300.0, "wind.up_mps": 0.0}),
+        ("card.dwell_s", {"card.dwell_s": None}),
+    ],
+)
+def test_a_field_of_a_plan_has_its_column_however_it_is_written(path, found):
+    effects = [{"name": "gps_latency", "parameters": {"latency_s": 0.4}}]
+    columns = case_columns(replace(Case(), fuel=0.5)) | {"effects": json.dumps(effects)}
+    assert dict(_entries(columns, path)) == pytest.approx(found)
+
+
+def test_random_values_are_averaged_and_said(small):
+    table = small[1].table
+    drawn = table.assign(fuel=np.linspace(0.5, 1.0, len(table)))
+    assert len(means_of(drawn, ("fuel",))) == len(small[1].means) == 4
+    assert len(means_of(drawn)) == len(table)
+    (shown,) = (n for n in campaign_tree(drawn, drawn=("fuel",)) if isinstance(n, Table))
+    assert shown.title == "against the truth, the mean over seeds and fuel"
 
 
 def test_a_cache_that_is_deleted_during_a_campaign_costs_no_flight(tmp_path, monkeypatch):

@@ -129,7 +129,7 @@ def test_log_page_is_whole_and_self_contained(log, result):
 
 def test_remarks_tell_the_smallest_residual_from_the_best_known_curve():
     row = {"model": "inverse+", "das": "20/1", "curve_coverage": 1.0, "on_condition_share": 1.0}
-    row |= {"minutes": 8.0}
+    row |= {"minutes": 8.0, "curve_rms_error_kt": 0.05}
     table = pd.DataFrame(
         [
             row | {"maneuver": "step_decrease", "residual_two_sigma_kt": 0.5, "two_sigma_kt": 0.4},
@@ -139,6 +139,27 @@ def test_remarks_tell_the_smallest_residual_from_the_best_known_curve():
     best, sentence = (node.text for node in campaign_tree(table) if isinstance(node, Sentence))
     assert best.startswith("Four leg at 20/1 Hz knows the curve best: ±0.10 kt")
     assert "do not choose a maneuver by its residual" in sentence
+
+
+def test_a_bound_that_its_truth_contradicts_is_not_called_the_best():
+    row = {"model": "inverse+", "das": "20/1", "residual_two_sigma_kt": 0.5, "minutes": 5.2}
+    table = pd.DataFrame(
+        [
+            row | {"maneuver": name, "two_sigma_kt": bound, "curve_rms_error_kt": error, "curve_coverage": inside}
+            for name, bound, error, inside in (
+                ("race_track", 0.09, 0.072, 0.77),
+                ("circle", 0.12, 0.05, 1.0),
+                ("four_leg", 0.2, 0.04, 1.0),
+            )
+        ]
+    )  # fmt: skip
+    sentence = next(node.text for node in campaign_tree(table) if isinstance(node, Sentence))
+    assert "best" not in sentence
+    assert sentence.startswith("Race track at 20/1 Hz claims the narrowest bound, ±0.09 kt")
+    assert "twice its true rms error is 0.14 kt, and 77 % of the true curve is inside" in sentence
+    assert sentence.endswith("bears out: Circle at 20/1 Hz, ±0.12 kt (mean 2σ) in 5.2 min.")
+    none_holds = campaign_tree(table.assign(curve_rms_error_kt=0.3))[0].text
+    assert none_holds.endswith("No bound of the others holds twice its true error.")
 
 
 def test_autocorrelation_of_a_gust_is_long(result):

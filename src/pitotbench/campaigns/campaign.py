@@ -43,6 +43,7 @@ from pitotbench.logbook.columns import write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.show.calibration import ShortAnswer
+from pitotbench.show.campaign import means_of
 from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
 
@@ -317,7 +318,8 @@ class CampaignResult:
     """The table of results, the failures in words, and the folder of the files.
 
     `found` and `flown` count the flights that the store held and those of this run; `answers` are
-    the first short answers, one a flight and data system.
+    the first short answers, one a flight and data system. `drawn` are the fields of the plan with
+    random values.
     """
 
     table: "DataFrame"
@@ -326,6 +328,14 @@ class CampaignResult:
     found: int = 0
     flown: int = 0
     answers: tuple[ShortAnswer, ...] = ()
+    drawn: tuple[str, ...] = ()
+
+    @property
+    def means(self) -> "DataFrame":
+        """The means over the seeds and over what is drawn, a row for each combination of all else
+        that the plan varies: the table that the page and the command show.
+        """
+        return means_of(self.table, self.drawn)
 
 
 def run_campaign(request: CampaignRequest) -> CampaignResult:
@@ -443,11 +453,12 @@ class _Campaign:
         table = read_parquet(folder / RESULTS)
         if self.request.report:
             case = next(self.tasks()).case
-            page = page_of(case, table, found.sections, failures, self.units)
+            page = page_of(case, table, found.sections, failures, self.units, self.plan.drawn)
             write_text(folder / PAGE, page)
         else:
             (folder / PAGE).unlink(
                 missing_ok=True
             )  # that of an earlier run, which shows another table
         answers = tuple(section.answer for section in found.sections)
-        return CampaignResult(table, failures, folder, watch.found, watch.flown, answers)
+        counts = watch.found, watch.flown
+        return CampaignResult(table, failures, folder, *counts, answers, self.plan.drawn)

@@ -54,11 +54,14 @@ class CampaignPlan:
     def varied(self) -> tuple[str, ...]:
         """The fields that differ between the flights, other than the maneuver and the seeds."""
         listed = [name for row in self.rows for name in row] if len(self.rows) > 1 else []
-        drawn = [*self.draws.fields] if self.draws else []
         several = [name for name, values in self.grid.items() if len(values) > 1]
-        return tuple(
-            dict.fromkeys(name for name in (*listed, *several, *drawn) if name not in _NAMED)
-        )
+        every = (*listed, *several, *self.drawn)
+        return tuple(dict.fromkeys(name for name in every if name not in _NAMED))
+
+    @property
+    def drawn(self) -> tuple[str, ...]:
+        """The fields with random values, over which a table of means averages."""
+        return tuple(self.draws.fields) if self.draws else ()
 
     def tasks(
         self, log_format: str = "parquet", keep_logs: str = "all", draw: str = ""

@@ -12,11 +12,13 @@ import os
 import re
 import shutil
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from pitotbench.calibration.options import options_from
 from pitotbench.campaigns.digests import file_sha256
@@ -38,7 +40,7 @@ from pitotbench.catalog import explain
 from pitotbench.logbook.columns import atomic, write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case, DataSystem
-from pitotbench.records.case_file import case_of_table, write_case
+from pitotbench.records.case_file import CASE_SUFFIXES, case_columns, case_of_table, write_case
 from pitotbench.show.markup import Section
 from pitotbench.show.reader_units import BENCH, Units
 
@@ -141,11 +143,37 @@ def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[
     its key.
     """
     columns = all_columns(document) if varied else {}
-    extra = {name: columns.get(name) for name in varied}
+    extra = {name: value for field in varied for name, value in _entries(columns, field)}
     labeled = any(label for label, _ in document["calibrations"])
     for row in rows_of(document):
         label = {"calibration": row.calibration} if labeled else {}
         yield {**row_columns(row), **label, **extra, "flight": document["key"]}
+
+
+def _entries(columns: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:
+    """Give what a field of a plan sets, by its path: a value in the plan's own unit, every column
+    of a table, or an entry of a list of tables such as `effects.0.parameters.latency_s`. A flight
+    that lacks the field has None.
+    """
+    below = [name for name in columns if name.startswith(f"{path}.")]
+    first, _, deeper = path.partition(".")
+    if path in columns or below:
+        yield from ((name, columns[name]) for name in below or [path])
+    elif isinstance(columns.get(first), str):
+        value = json.loads(columns[first])
+        for part in deeper.split("."):
+            entries = dict(enumerate(value)) if isinstance(value, list) else value or {}
+            value = entries.get(int(part) if part.isdigit() else part)
+        yield path, value
+    else:
+        noun, _, suffix = path.rpartition("_")
+        for name, value in columns.items():
+            if noun and name.rpartition("_")[0] == noun:
+                factor = CASE_SUFFIXES[name.rpartition("_")[2]].factor
+                value = (np.asarray(value) * factor / CASE_SUFFIXES[suffix].factor).tolist()
+                yield path, value
+                return
+        yield path, None
 
 
 def publish_files(folder: Path, store: ResultStore, tasks: Iterable[Task]) -> None:
@@ -309,6 +337,20 @@ def chosen_rows(table: "DataFrame", where: str | None, state: str | None) -> "Da
         raise BadInputError(f"--where {where!r}: {error}") from error
 
 
+def varied_columns(table: "DataFrame") -> list[str]:
+    """Return the columns of an index, other than the maneuver, the rates and the seeds, that tell
+    its flights apart: the label of a calibration, and the fields of a case with several values.
+    """
+    skipped = {"maneuver", "truth_seed", "sensor_seed", "das.air_rate_hz", "das.gps_rate_hz"}
+    fields = {"calibration", *case_columns(Case())} - skipped
+    return [
+        name
+        for name in table.columns
+        if (name in fields or ("." in name and name not in skipped))
+        and len({*table[name].dropna().map(str)}) > 1
+    ]
+
+
 def means(table: "DataFrame", by: Sequence[str]) -> "DataFrame":
     """Return the means of the numbers over all rows with the same values in the columns `by`, and
     their count.
@@ -401,9 +443,10 @@ def page_of(
     sections: Sequence[Section],
     failures: Sequence[str],
     units: Units = BENCH,
+    drawn: Sequence[str] = (),
 ) -> str:
     """Return the page of results in HTML, in the reader's units; `first` is the case of the first
-    flight.
+    flight, `drawn` as for `means_of`.
     """
     from pitotbench.show.pages import (
         campaign_page,
@@ -415,7 +458,7 @@ def page_of(
         "turbulence · "
         f"{seeds} seed{'s' if seeds > 1 else ''} · simulated flights of {first.aircraft}"
     )
-    return campaign_page(subtitle, table, sections, failures, write_case(first), units)
+    return campaign_page(subtitle, table, sections, failures, write_case(first), units, drawn)
 
 
 def _task(document: Document) -> Task:

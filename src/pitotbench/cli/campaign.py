@@ -132,8 +132,9 @@ def run(options: argparse.Namespace) -> int:
     result = run_campaign(request)
     stored = f"flights: {result.found:,} found in the store, {result.flown:,} flown"
     page = f"open this page: {result.folder / PAGE}"
+    answers = [] if options.no_report else result.answers
     nodes: list[Node] = [
-        *campaign_tree(result.table, [] if options.no_report else result.answers, result.failures),
+        *campaign_tree(result.table, answers, result.failures, result.drawn),
         *([Sentence(stored)] if result.found else []),
         Sentence(f"results: {result.folder / RESULTS}"),
         *([] if options.no_report else [Sentence(page)]),

@@ -12,7 +12,8 @@ from pitotbench.records import BadInputError
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-_SHOWN = "name,das,model,minutes,residual_two_sigma_kt,two_sigma_kt,curve_rms_error_kt,curve_coverage,state"
+_NAMES = "name,das,model"
+_SHOWN = "minutes,residual_two_sigma_kt,two_sigma_kt,curve_rms_error_kt,curve_coverage,state"
 _OF_FAILURES = "name,state,reason"
 
 
@@ -26,7 +27,8 @@ FLAGS = (
     flag("--state", help="done, failed or quarantined"),
     flag(
         "--columns",
-        help=f"comma list, or all (default: {_SHOWN}; of failures alone: {_OF_FAILURES})",
+        help=f"comma list, or all (default: {_NAMES}, what varies, {_SHOWN}; of failures alone: "
+        f"{_OF_FAILURES})",
     ),
     flag("--by", help="comma list of columns: the means over all others, and the number of rows"),
     flag("--limit", type=int, default=40, help="rows printed (default: %(default)s; 0: all)"),
@@ -51,6 +53,7 @@ def run(options: argparse.Namespace) -> int:
         means,
         require_columns,
         result_table,
+        varied_columns,
         write_table,
     )
 
@@ -61,16 +64,25 @@ def run(options: argparse.Namespace) -> int:
     table = chosen_rows(result_table(options.folders), options.where, options.state)
     if options.draw:
         return _draw(options, table)
+    varied = varied_columns(table)
+    by = options.by.split(",") if options.by else []
+    averaged = means(table, by) if by else table
     if options.out is not None:
-        write_table(table, options.out)
-        print(f"{len(table):,} rows: {options.out}")
+        write_table(averaged, options.out)
+        print(f"{len(averaged):,} rows: {options.out}")
         return DONE
-    asked = options.columns or (_SHOWN if (table.state == "done").any() else _OF_FAILURES)
+    usual = ",".join([_NAMES, *varied, _SHOWN])
+    asked = options.columns or (usual if (table.state == "done").any() else _OF_FAILURES)
     columns = [*table.columns] if asked == "all" else asked.split(",")
     require_columns(table, columns)
-    shown = means(table, options.by.split(",")) if options.by else table[columns]
+    shown = averaged if by else table[columns]
     rows = len(shown) if options.limit == 0 else options.limit
     print(shown.head(rows).to_string(index=False, float_format="%.3f"))
+    others = {"maneuver", "das", "model", *varied} - {*by}
+    if pooled := sorted(n for n in others if by and n in table and len({*table[n].map(str)}) > 1):
+        print(
+            f"A row is a mean over several values of {', '.join(pooled)}: add what matters to --by."
+        )
     states = ", ".join(f"{count:,} {state}" for state, count in table.state.value_counts().items())
     print(f"{len(table):,} rows of {table.flight.nunique():,} flights: {states}")
     return DONE

@@ -1,7 +1,7 @@
 """The tree of a campaign: its sentences, its table, the short answer of each flight."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.show.calibration import ShortAnswer, is_doubt
 from pitotbench.show.columns import Column, frame_rows, keyed
@@ -15,6 +15,7 @@ from pitotbench.show.tree import (
     Sentence,
     Table,
 )
+from pitotbench.show.words import listed, name_and_unit, with_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,18 +49,65 @@ ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
 )
 
 
+_CHOICES = ("maneuver", "das", "model")  # in every table of means
+_CHOSEN = (*_CHOICES, "calibration")  # by the person; all else that varies is a condition
+_NOT_KEYS = {"on_condition_share", "seed", "flight"} | {c.key for c in CAMPAIGN_COLUMNS if c.style}
+
+
+def keys_of(results: "pd.DataFrame", drawn: Sequence[str] = ()) -> list[str]:
+    """The columns of results that make a row of their table of means: maneuver, data system, model,
+    and all else that takes several values, but for the seeds and what is `drawn` at random.
+    """
+    random = tuple(f"{path}." for path in drawn)
+    others = (n for n in map(str, results.columns) if not f"{n}.".startswith(random))
+    others = (name for name in others if name not in _NOT_KEYS)
+    return [n for n in others if n in _CHOICES or len({*results[n].map(str)}) > 1]
+
+
+def means_of(results: "pd.DataFrame", drawn: Sequence[str] = ()) -> "pd.DataFrame":
+    """The means of results over the seeds and over what is `drawn`: a row for each combination of
+    all else that varies, in the order of the plan.
+    """
+    keys, numbers = keys_of(results, drawn), {*results.select_dtypes("number")}
+    texts = {name: results[name].map(_text) for name in keys if name not in numbers}
+    groups = results.assign(**texts).groupby(keys, sort=False, dropna=False)
+    measured = [name for name in results if name in numbers and name not in keys]
+    return groups[measured].mean().reset_index()
+
+
+def _text(value: Any) -> str | None:
+    """A value as it stands in a table: a list, such as parameters, with commas."""
+    if value is None or isinstance(value, str):
+        return value
+    return ", ".join(map(str, value)) if hasattr(value, "__iter__") else str(value)
+
+
+def _key_column(name: str, style: str) -> Column[dict[str, Any]]:
+    """The column of a field that varies, such as `wind.speed_kt`."""
+    return keyed(name, *name_and_unit(name.replace(".", "_")), style)
+
+
 def campaign_tree(
-    results: "pd.DataFrame", answers: Sequence[ShortAnswer] = (), failures: Sequence[str] = ()
+    results: "pd.DataFrame",
+    answers: Sequence[ShortAnswer] = (),
+    failures: Sequence[str] = (),
+    drawn: Sequence[str] = (),
 ) -> list[Node]:
     """The tree of a campaign: what it says, the bound of every flight and the curves over one
     another, the table of its results against the truth, and the short answer of each flight.
 
     `results` as in results.parquet; `answers` are the first ones; `failures`: a sentence a flight
-    that gave no result.
+    that gave no result. `drawn` as for `means_of`.
     """
-    # The mean over seeds, one row a maneuver, data system and model.
-    groups = results.groupby(["maneuver", "das", "model"], sort=False)
-    table = groups.mean(numeric_only=True).reset_index()
+    table = means_of(results, drawn)
+    numbers = {*table.select_dtypes("number")}
+    varied = [
+        _key_column(name, "g" * (name in numbers))
+        for name in keys_of(results, drawn)
+        if name not in _CHOICES
+    ]
+    columns = [*CAMPAIGN_COLUMNS[:3], *varied, *CAMPAIGN_COLUMNS[3:]]
+    over = listed(["seeds", *(name_and_unit(name.replace(".", "_"))[0] for name in drawn)])
     plain = table.assign(maneuver=table["maneuver"].str.replace("_", " "))
     one = [f"{each.correction_sentence} {each.wind_sentence}" for each in answers]
     several = len(answers) > 1
@@ -68,12 +116,12 @@ def campaign_tree(
         Figure("pitotbench.show.curves.corrections_panels", (answers,)),
     ]
     return [
-        *map(Sentence, one if len(one) == 1 else [*_best(table), *_ranking(results)]),
+        *map(Sentence, one if len(one) == 1 else [*_best(table, varied), *_ranking(table)]),
         *(pictures if several else []),
         *(Doubt(f"failed: {text}") for text in failures),
         *map(Sentence, _shapes(results)),
         *(doubts_of_answers(answers) if several else []),
-        Table(CAMPAIGN_COLUMNS, frame_rows(plain), "against the truth, the mean over seeds"),
+        Table(columns, frame_rows(plain), f"against the truth, the mean over {over}"),
         *(
             [Heading("Each flight", (Sentence(_ONE), Table(ANSWER_COLUMNS, answers)), NUMBERS)]
             * several
@@ -91,14 +139,61 @@ def doubts_of_answers(answers: Sequence[ShortAnswer]) -> list[Node]:
     ]
 
 
-def _best(table: "pd.DataFrame") -> Iterator[str]:
-    """Which maneuver knows the curve best, in one sentence."""
-    rows = sorted(frame_rows(table), key=lambda row: float(row["two_sigma_kt"]))
-    for best in rows[:1] if len(rows) > 1 else []:
-        yield (
-            f"{_words((best['maneuver'], best['das']))} knows the curve best: "
-            f"±{best['two_sigma_kt']:.2f} kt (mean 2σ of it) in {best['minutes']:.1f} min."
+_MOST_CONDITIONS = 6  # that have a sentence each; the table has all
+
+
+def _best(table: "pd.DataFrame", varied: Sequence[Column[dict[str, Any]]]) -> Iterator[str]:
+    """Which maneuver knows the curve best, with what its truth says of it: a sentence for each of
+    the conditions that were flown.
+    """
+    every: dict[str, list[dict[str, Any]]] = {}
+    for row in frame_rows(table):
+        named = (
+            f"{key.heading} {with_unit(key.text(row), key.unit)}"
+            for key in varied
+            if key.key not in _CHOSEN
         )
+        every.setdefault(", ".join(named), []).append(row)
+    for condition, rows in [*every.items()][:_MOST_CONDITIONS] if len(table) > 1 else []:
+        sentence = _best_of(sorted(rows, key=lambda row: float(row["two_sigma_kt"])), table)
+        yield f"{condition[:1].upper()}{condition[1:]}: {sentence}" if condition else sentence
+
+
+def _best_of(rows: Sequence[dict[str, Any]], table: "pd.DataFrame") -> str:
+    """The narrowest bound of some rows, narrowest first, and where the truth contradicts it the
+    narrowest that holds.
+    """
+    first, holding = rows[0], [row for row in rows if _holds(row)]
+    truth = f"twice its true rms error is {2.0 * first['curve_rms_error_kt']:.2f} kt"
+    if len(rows) == 1:
+        return f"{_choice(first, table)} has a bound of {_bound(first)}; {truth}."
+    if _holds(first):
+        return f"{_choice(first, table)} knows the curve best: {_bound(first)}; {truth}."
+    said = (
+        f"{_choice(first, table)} claims the narrowest bound, {_bound(first)}, which the truth "
+        f"contradicts: {truth}, and {100.0 * first['curve_coverage']:.0f} % of the true curve is inside"
+    )
+    if not holding:
+        return f"{said}. No bound of the others holds twice its true error."
+    narrowest = f"{_choice(holding[0], table)}, {_bound(holding[0])}"
+    return f"{said}. The narrowest that the truth bears out: {narrowest}."
+
+
+def _holds(row: dict[str, Any]) -> bool:
+    """Whether a bound (2σ) holds twice the rms error that it had."""
+    return float(2.0 * row["curve_rms_error_kt"]) <= float(row["two_sigma_kt"])
+
+
+def _bound(row: dict[str, Any]) -> str:
+    return f"±{row['two_sigma_kt']:.2f} kt (mean 2σ) in {row['minutes']:.1f} min"
+
+
+def _choice(row: dict[str, Any], table: "pd.DataFrame") -> str:
+    """What was chosen: maneuver and data system, and the model and calibration where there are
+    several.
+    """
+    others = [str(row[n]) for n in ("model", "calibration") if n in table and len({*table[n]}) > 1]
+    return " ".join([_words((row["maneuver"], row["das"])), *(f"({n})" for n in others if n)])
 
 
 _ONE = "The page of one: pitotbench results DIR --page FLIGHT, with the folder of the campaign."
@@ -106,11 +201,12 @@ _LOUD = 1.4  # times the residual at another rate, from which a difference is ex
 _OFTEN_OUTSIDE = 0.7  # share inside ±2σ: a model below it cannot take the shape of the true curve
 
 
-def _ranking(results: "pd.DataFrame") -> Iterator[str]:
-    """A small residual does not mean a small bound of the curve."""
-    first = results[results["model"] == results["model"].iloc[0]]
-    table = first.groupby(["maneuver", "das"], sort=False).mean(numeric_only=True)
-    if len(table) < 2:
+def _ranking(means: "pd.DataFrame") -> Iterator[str]:
+    """A small residual does not mean a small bound of the curve: said of one condition, for the
+    first model.
+    """
+    table = means[means["model"] == means["model"].iloc[0]].set_index(["maneuver", "das"])
+    if len(table) < 2 or not table.index.is_unique:
         return
     quiet, known = table["residual_two_sigma_kt"].idxmin(), table["two_sigma_kt"].idxmin()
     for _, rows in table["residual_two_sigma_kt"].groupby(level="maneuver", sort=False):

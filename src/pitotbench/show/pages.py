@@ -87,14 +87,16 @@ def campaign_page(
     failures: Sequence[str],
     case: str,
     units: Units = BENCH,
+    drawn: Sequence[str] = (),
 ) -> str:
     """The HTML of a campaign in the reader's units: its tree, and sections of what was drawn.
 
-    `results` and `failures` as for `campaign_tree`; `case`: the TOML of the first flight's case.
+    `results`, `failures` and `drawn` as for `campaign_tree`; `case`: the TOML of the first flight's
+    case.
     """
     names = [str(name).replace("_", " ") for name in results["maneuver"].unique()]
     flown = " and ".join(names) if len(names) <= _MOST_NAMED else f"{len(names)} maneuvers"
-    nodes = campaign_tree(results, [section.answer for section in sections], failures)
+    nodes = campaign_tree(results, [section.answer for section in sections], failures, drawn)
     first = Heading("The case of the first flight", (Code(case),), NUMBERS)
     title = f"Pitot-static calibration: {flown}"
     return page_of(title, nodes, units, subtitle, sections, [_READING, first])

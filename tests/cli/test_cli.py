@@ -269,6 +269,21 @@ def test_every_command_is_completed_with_its_flags(shell, capsys):
         assert f"--{flag}" in text or f"-l {flag} " in text
 
 
+@pytest.mark.parametrize(
+    ("typed", "hint"),
+    [
+        ("flight.csv", "pitotbench calibrate flight.csv` or `pitotbench open flight.csv"),
+        (".", "pitotbench calibrate ."),
+        ("wind.toml", "pitotbench campaign wind.toml"),
+        ("calibrte", "Did you mean 'calibrate'?"),
+    ],
+)
+def test_what_is_no_command_gets_one(typed, hint, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main([typed])
+    assert hint in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_a_shell_reads_its_script(shell, capsys, tmp_path):
     if shutil.which(shell) is None:

@@ -5,7 +5,9 @@ with one residual.
 import csv
 import json
 import re
+import shutil
 from contextlib import redirect_stdout
+from dataclasses import replace
 from functools import cache
 from html import unescape
 from io import StringIO
@@ -38,6 +40,7 @@ from pitotbench.cli.app import DONE, main
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.records.log import Provenance
 from pitotbench.show import curves
 from pitotbench.show.calibration import doubts_of
 from pitotbench.show.calibration_json import calibration_json
@@ -45,7 +48,8 @@ from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_text
 from pitotbench.show.curve_rows import points_json
 from pitotbench.show.deliverables import table_text
-from pitotbench.show.inspection import inspection_json
+from pitotbench.show.inspection import inspection_json, inspection_tree
+from pitotbench.show.legs import card_sheet
 from pitotbench.units import KNOT
 
 pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")
@@ -292,6 +296,43 @@ def test_whatever_leaves_as_an_answer_carries_its_doubts(doubtful, tmp_path):
     assert float(rows[0]["correction_kt"]) == pytest.approx(found.curve.correction_kt[0], abs=1e-3)
     found.write_card(tmp_path / "own.csv")
     assert (tmp_path / "own.csv").read_text(encoding="utf-8") == texts["card"]
+
+
+def test_every_paper_names_the_airplane_and_the_day(doubtful):
+    _, _, written, found = doubtful
+    for name in ("--report", "--record", "--table", "--card"):
+        text = written[name].read_text(encoding="utf-8")
+        assert "Cessna 172S" in text, name
+        assert "2011-08-12" in text, name
+    unnamed = {"": replace(found, provenance=Provenance()).curve}
+    assert "Airplane: ___" in table_text(".html", unnamed, "it", {})
+    for blank in ("Airplane", "Date"):
+        assert f'<span class="blank">{blank}' in card_sheet()
+    seen = inspection_tree(inspect(real_log(*C172S)), read_log(real_log(*C172S)))
+    assert seen[0].text == "Cessna 172S, 2011-08-12."
+
+
+def test_a_card_says_its_doubts_once(doubtful):
+    _, _, written, found = doubtful
+    doubts = " ".join(doubts_of(found))
+    for text in (
+        written["--card"].read_text(encoding="utf-8"),
+        table_text(".csv", {"": found.curve}, "it", {"": doubts_of(found)}),
+    ):
+        rows = [*csv.DictReader(StringIO(text))]
+        assert len(rows) > 20
+        assert [row["doubts"] for row in rows] == [doubts, *[""] * (len(rows) - 1)]
+
+
+def test_a_log_in_the_folder_where_one_stands_has_a_name(tmp_path, monkeypatch, capsys):
+    folder, deeper = tmp_path / "flown today", tmp_path / "flown today" / "none"
+    deeper.mkdir(parents=True)
+    shutil.copy(real_log(*C172S), folder)
+    for place, here in ((folder, "."), (deeper, "..")):
+        monkeypatch.chdir(place)
+        said = told(capsys, "calibrate", here, "--no-altitude", "--record", "record.html")
+        assert said.startswith("flown today (measured): Cessna 172S, 2011-08-12")
+        assert ">flown today</td>" in (place / "record.html").read_text(encoding="utf-8")
 
 
 ROW = re.compile(r"^\s*(\d+)\s+(\d+\.\d)\s+([+\-]\d+\.\d\d)\s+(\d+\.\d\d)", re.MULTILINE)

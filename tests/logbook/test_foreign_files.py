@@ -5,6 +5,7 @@ the display.
 import gzip
 import re
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ import pytest
 from tests.logbook import foreign_files as foreign
 from tests.logbook import sample_log as sample
 
-from pitotbench import BadInputError, FlightLog, air, read_log
+from pitotbench import BadInputError, FlightLog, air, read_log, write_log
+from pitotbench.logbook.checks import kind_of
 from pitotbench.logbook.columns import Table, clock_seconds
 from pitotbench.logbook.matlab import read_mat
 from pitotbench.logbook.reading import log_of, needs_mapping
@@ -76,6 +78,21 @@ def test_ardupilot_dataflash(tmp_path, mapping):
     assert_same_flight(log, 1e-5, 1e-2, 1e-4)
     assert log.velocity_down is not None
     assert log.altitude is not None
+    assert kind_of(log) == "drone"
+
+
+def test_what_a_log_shows_of_the_kind_of_its_aircraft(tmp_path):
+    log = FlightLog(**{name: values[:9] for name, values in FLOWN.items()})
+    mass = np.full(9, 20.0)
+    known = {
+        "": log,
+        "drone": replace(log, mass=mass),
+        "glider": replace(log, header={"aircraft_kind": "glider"}),
+    }
+    for kind, each in known.items():
+        assert kind_of(read_log(write_log(each, tmp_path / "log.csv"))) == kind
+    assert kind_of(replace(log, mass=100.0 * mass)) == ""
+    assert kind_of(replace(log, header={"parameters": {"ARSPD_RATIO": 2.0}})) == "drone"
 
 
 @pytest.mark.parametrize("renewed", [False, True])

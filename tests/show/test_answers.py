@@ -14,6 +14,7 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Disagreement, Estimate, Share
+from pitotbench.records.log import InputFile, Provenance
 from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.curve_rows import card_csv, glance_points
@@ -59,6 +60,17 @@ def test_the_far_limit_does_not_judge_a_drone(result):
     assert limit_for(replace(result, mach=0.6)).name == "FAR 25.1323(c)"
     assert "FAR" not in _terminal(drone)
     assert "FAR" not in drone._repr_html_()
+
+
+@pytest.mark.parametrize("kind", ["drone", "glider"])
+def test_no_rule_of_airplanes_judges_another_kind_of_aircraft(result, kind):
+    """At the speeds of an airplane, too: what flew decides, as its recorder tells it."""
+    made = Provenance((InputFile("log", "a.bin", "0" * 64, kind=kind),))
+    other = replace(result, provenance=made)
+    assert limit_for(other) is None
+    for text in (_terminal(other), other._repr_html_()):
+        assert "FAR" not in text
+    assert limit_for(other, limit_named("far23")).name == "FAR 23.1323(b)"
 
 
 def test_the_far_limit_is_the_larger_of_two_an_own_one_judges_in_its_place_and_none_nothing(result):
@@ -114,7 +126,7 @@ def test_the_altitude_limit_judges_the_error_as_it_is_at_sea_level(result):
 
 
 def test_a_card_has_the_units_in_its_headings_and_the_numbers_of_the_curve(result):
-    head, *rows = card_csv(result.curve).splitlines()
+    head, *rows = card_csv(result).splitlines()
     assert head.split(",")[:4] == [
         "indicated_airspeed_kt",
         "calibrated_airspeed_kt",

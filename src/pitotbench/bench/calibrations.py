@@ -213,14 +213,14 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
 
     from pitotbench import air
     from pitotbench.campaigns.digests import file_sha256
-    from pitotbench.logbook.checks import airplane_of
-    from pitotbench.logbook.columns import START
+    from pitotbench.logbook.checks import airplane_of, day_of, kind_of
+    from pitotbench.records.outputs import file_name
 
     name, channels = "in memory", {} if log is None else log.channels()
     if isinstance(source, str | Path):
         path = Path(source)  # of a file in a .zip, the digest is that of the .zip
         there = next((each for each in (path, *path.parents) if each.exists()), path)
-        name, digest = path.name, file_sha256(there)
+        name, digest = file_name(path), file_sha256(there)
     else:
         digest = sha256(
             b"".join(key.encode() + array.tobytes() for key, array in channels.items())
@@ -237,11 +237,9 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
         float(log.time[-1] - log.time[0]) / 60.0,
         "simulated" if log.simulated else "measured",
     )
-    date = str(log.header.get(START, "")).replace("T", " ").partition(" ")[0]
-    flight = ", ".join(filter(None, (airplane_of(log), date if "-" in date else "")))
-    return InputFile(
-        role, name, digest, len(log), minutes, origin, tuple(channels), airspeeds, heights, flight
-    )
+    identity = airplane_of(log), day_of(log), kind_of(log)
+    spans_and_names = tuple(channels), airspeeds, heights
+    return InputFile(role, name, digest, len(log), minutes, origin, *spans_and_names, *identity)
 
 
 def settings_of(

@@ -280,7 +280,7 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
     """Tell name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`. What
     is read is in `units`; the name says that of speed.
     """
-    from pitotbench.show.calibration import NamedFlight, doubts_of
+    from pitotbench.show.calibration import NamedFlight
     from pitotbench.show.calibration_json import flights_json
     from pitotbench.show.columns import answer_text
     from pitotbench.show.curve_rows import card_csv
@@ -294,7 +294,7 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
     every, unit = [each.flight.calibration for each in found], units.speed
     makers: dict[str, tuple[str, Callable[[], str]]] = {
         "json": (".json", lambda: answer_text(flights_json(found))),
-        "card": (f"-card-{unit}.csv", lambda: card_csv(every[0].curve, doubts_of(every[0]), unit)),
+        "card": (f"-card-{unit}.csv", lambda: card_csv(every[0], unit)),
         "record": (f"-record-{unit}.html", lambda: calibration_record(every, units=units)),
         "page": (f"-page-{unit}.html", lambda: flights_page(found, units=units)),
     }

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
 from io import TextIOWrapper
+from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from pitotbench.catalog import UnknownNameError
@@ -153,7 +154,23 @@ exit codes: {DONE} done, {BAD_INPUT} bad input, {NO_ANSWER} no answer (not conve
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
     _prepare_process(outside=arguments is None)
-    return guarded(command_line().parse_args(arguments))
+    parser, given = command_line(), sys.argv[1:] if arguments is None else arguments
+    first = next((word for word in given if not word.startswith("-")), "")
+    if first and first not in {command.name for command in COMMANDS}:
+        parser.error(_no_command(first))
+    return guarded(parser.parse_args(arguments))
+
+
+def _no_command(word: str) -> str:
+    """Say what a word in the place of a command may mean: a file, or a command written wrongly."""
+    from pitotbench.catalog import explain
+
+    path = Path(word)
+    if path.suffix == ".toml":
+        return f"{word} is no command: `pitotbench fly {word}` flies a case, `pitotbench campaign {word}` a plan"
+    if path.suffix or path.exists():
+        return f"{word} is no command: `pitotbench calibrate {word}` or `pitotbench open {word}`"
+    return explain("command", word, [command.name for command in COMMANDS])
 
 
 def run_alone(name: str, description: str | None) -> int:

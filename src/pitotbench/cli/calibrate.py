@@ -156,13 +156,14 @@ def run(options: argparse.Namespace) -> int:
         same = [first, *(each.flight.calibration for each in found[1:] if not each.own_curve)]
         write_page(options.report, lambda: flights_page(found, limit, units))
         write_page(options.record, lambda: calibration_record(same, limit, units))
-    write_page(options.card, lambda: card_csv(first.curve, doubts_of(first)))
+    write_page(options.card, lambda: card_csv(first))
     if (settings := found[0].settings) is not None:
         write_page(options.parameter_file, partial(parameter_file, settings))
     write_table(
         options,
         {name: each.curve for name, each in own.items()},
         {name: doubts_of(each) for name, each in own.items()},
+        first.provenance,
     )
     more = "-v for all numbers" + ("" if options.report else ", --report PAGE.html for pictures")
     tell(

@@ -26,6 +26,7 @@ def run(options: argparse.Namespace) -> int:
     """Print the account of the log, and write its page where asked for; return exit code 0."""
     from pitotbench.bench.questions import inspect
     from pitotbench.logbook.bundle import is_bundle
+    from pitotbench.records.outputs import file_name
     from pitotbench.show.inspection import (
         inspection_json,
         inspection_tree,
@@ -47,6 +48,6 @@ def run(options: argparse.Namespace) -> int:
         options,
         lambda: inspection_json(found),
         lambda: inspection_tree(found, log),
-        f"What {options.log.name} holds",
+        f"What {file_name(options.log)} holds",
     )
     return 0

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pitotbench.logbook.assembly import Part
     from pitotbench.records.calibration import ErrorCurve
     from pitotbench.records.case import Wind
-    from pitotbench.records.log import FlightLog
+    from pitotbench.records.log import FlightLog, Provenance
     from pitotbench.show.tree import Node
 
 T = TypeVar("T")
@@ -383,11 +383,14 @@ def write_table(
     options: argparse.Namespace,
     curves: "Mapping[str, ErrorCurve]",
     doubts: Mapping[str, Sequence[str]],
+    made: "Provenance | None" = None,
 ) -> None:
     """Write the tables of some curves with their doubts, by configuration, where `--table` asks for
-    them.
+    them. `made` names the airplane and the day.
     """
+    from pitotbench.records.outputs import file_name
     from pitotbench.show.deliverables import table_text
 
-    subject, path = ", ".join(path.stem for path in options.logs), options.table
-    write_page(path, lambda: table_text(path.suffix.lower(), curves, subject, doubts))
+    subject = ", ".join(Path(file_name(path)).stem for path in options.logs)
+    path = options.table
+    write_page(path, lambda: table_text(path.suffix.lower(), curves, subject, doubts, made))

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from pitotbench.broken import BROKEN, TAXI, Broken, find_early, find_late
 from pitotbench.channels import Channel
-from pitotbench.logbook.columns import QUANTITIES, SECONDS_A_DAY, impossible
+from pitotbench.logbook.columns import (
+    KIND,
+    PARAMETERS,
+    QUANTITIES,
+    SECONDS_A_DAY,
+    START,
+    impossible,
+)
 from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
 from pitotbench.logbook.plausibility import SPEED_FACTOR, check_plausibility
 from pitotbench.logbook.plausible_air import TEMPERATURES, at_ceiling, likely_temperatures
@@ -61,6 +68,25 @@ def _names_of(log: FlightLog) -> list[tuple[str, str]]:
 def airplane_of(log: FlightLog) -> str:
     """Return the airplane as the header of a log names it; empty where it does not."""
     return next((name for _, name in _names_of(log)), "")
+
+
+def day_of(log: FlightLog) -> str:
+    """Return the day of the first row of a log, such as `2011-08-12`; empty where only the time of
+    the day is known.
+    """
+    day = str(log.header.get(START, "")).replace("T", " ").partition(" ")[0]
+    return day if "-" in day else ""
+
+
+_LIGHTEST = 115.0  # kg: 254 lb, the lightest vehicle that 14 CFR 103.1 knows with a person to it
+
+
+def kind_of(log: FlightLog) -> str:
+    """Return the kind of aircraft that a log is of, `drone` or `glider`; empty where nothing shows
+    it. A recorder tells it, the parameters of an autopilot, or a mass that carries nobody.
+    """
+    light = log.mass is not None and float(np.max(log.mass)) < _LIGHTEST
+    return str(log.header.get(KIND, "drone" if light or PARAMETERS in log.header else ""))
 
 
 def require_one_airplane(logs: Sequence[FlightLog]) -> None:

@@ -54,13 +54,15 @@ class Mapping:
     """A mapping: its files, and calibration choices that suit such logs. The first file gives the
     time base.
 
-    `refuse` says why such a log cannot be calibrated, empty where it can.
+    `refuse` says why such a log cannot be calibrated, empty where it can. `kind` is that of the
+    aircraft that carry such a recorder, such as `drone`; empty where any may.
     """
 
     title: str
     files: tuple[MappedFile, ...]
     calibrate: dict[str, str | float | bool | dict[str, float]]
     refuse: str = ""
+    kind: str = ""
 
 
 JOINS = ("last", "nearest", "linear")
@@ -121,7 +123,7 @@ def parse_mapping(name: str, text: str) -> Mapping:
         )
         for f in document.files
     ) or (MappedFile(("*",), JOINS[0], _renamed(document.columns)),)
-    return Mapping(document.title, mapped, document.calibrate, document.refuse)
+    return Mapping(document.title, mapped, document.calibrate, document.refuse, document.kind)
 
 
 def recognized(names: Iterable[str]) -> str | None:
@@ -165,6 +167,7 @@ def _document() -> Any:
         title=(str, ""),
         recognize=(list[str | list[str]], []),
         refuse=(str, ""),
+        kind=(str, ""),
         columns=(columns, {}),
         files=(GenericAlias(list, file), []),
         calibrate=(dict[str, str | float | bool | dict[str, float]], {}),

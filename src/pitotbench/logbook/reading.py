@@ -9,6 +9,7 @@ from pitotbench.logbook.bundle import is_bundle, logs_in, opened
 from pitotbench.logbook.columns import (
     CALIBRATE,
     DAY,
+    KIND,
     MAPPING,
     PARAMETERS,
     QUANTITIES,
@@ -146,8 +147,11 @@ def _filled(table: Table) -> Table:
 
 
 def _advised(table: Table, mapping: Mapping) -> Table:
-    """The table with the choices of its mapping for a calibration, which go with the log."""
-    advice = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
+    """The table with what its mapping says of such logs: the choices for a calibration, and the
+    kind of aircraft.
+    """
+    advice: dict[str, object] = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
+    advice |= {KIND: mapping.kind} if mapping.kind else {}
     return replace(table, header={**table.header, **advice})
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.logbook.columns import SECONDS_A_DAY, START, Table
+from pitotbench.logbook.columns import KIND, SECONDS_A_DAY, START, Table
 from pitotbench.logbook.csv import unpacked
 from pitotbench.records import BadInputError
 from pitotbench.units import Array
@@ -94,6 +94,7 @@ def read_igc(path: Path) -> Table:
     columns = _columns(fixes[valid], extensions)
     kept = ((name, re.search(pattern, data, re.MULTILINE)) for name, pattern in _KEPT.items())
     header = {name: found[1].decode("utf-8", "replace").strip() for name, found in kept if found}
+    header[KIND] = "glider"
     begin = float(columns["time_s"][0])
     if date := _DATE.search(data):
         day, month, year = (int(part) for part in date.groups())

@@ -173,7 +173,8 @@ class InputFile:
     A folder has the digest of its files one after another, by path; a log in memory that of its
     channels. Of a log also the number of rows, the minutes, the origin (measured or simulated), the
     names of its channels, the 5 % and 95 % quantiles of its indicated airspeed [m/s] and pressure
-    altitude [m], and its `flight`: the airplane and the date, as far as it names them.
+    altitude [m]. As far as the log tells them, the airplane, the day when it was `flown`, and the
+    `kind` of aircraft, such as `drone`.
     """
 
     role: str
@@ -185,7 +186,14 @@ class InputFile:
     channels: tuple[str, ...] = ()
     airspeeds: tuple[float, float] = (nan, nan)
     heights: tuple[float, float] = (nan, nan)
-    flight: str = ""
+    airplane: str = ""
+    flown: str = ""
+    kind: str = ""
+
+    @property
+    def flight(self) -> str:
+        """The airplane and the day of the flight, as far as they are known."""
+        return ", ".join(filter(None, (self.airplane, self.flown)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,6 +217,16 @@ class Provenance:
     choices: tuple[Choice, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     date: str = ""
+
+    @property
+    def airplane(self) -> str:
+        """The airplane of the logs, or several with commas; empty where no log names it."""
+        return ", ".join(dict.fromkeys(each.airplane for each in self.inputs if each.airplane))
+
+    @property
+    def flown(self) -> str:
+        """The days of the flights with commas; empty where no log knows its day."""
+        return ", ".join(dict.fromkeys(each.flown for each in self.inputs if each.flown))
 
 
 @dataclass(frozen=True, slots=True)

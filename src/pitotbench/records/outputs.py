@@ -4,6 +4,7 @@ not at all. An output is never one of the inputs.
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from os.path import abspath
 from pathlib import Path
 from tempfile import TemporaryFile
 from uuid import uuid4
@@ -11,6 +12,11 @@ from uuid import uuid4
 from pitotbench.records import BadInputError
 
 PAGES = (".html", ".htm")
+
+
+def file_name(path: Path | str) -> str:
+    """Return the name of a file or folder, of `.` and `..` that of the folder which they stand for."""
+    return Path(abspath(path)).name
 
 
 def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = ()) -> None:

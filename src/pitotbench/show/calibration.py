@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from pitotbench.records.calibration import (
     ErrorCurve,
     OneSided,
 )
+from pitotbench.records.outputs import file_name
 from pitotbench.show.columns import with_minus_signs
 from pitotbench.timeline import minutes_text
 from pitotbench.units import KNOT
@@ -115,7 +115,7 @@ class NamedFlight:
     def name(self) -> str:
         """The name of the file, with the number of the flight where the file holds several."""
         number, count = self.flight.number, self.flight.count
-        return Path(self.file).name + (f", flight {number} of {count}" if count > 1 else "")
+        return file_name(self.file) + (f", flight {number} of {count}" if count > 1 else "")
 
     @property
     def own_curve(self) -> bool:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, fields, is_dataclass
-from pathlib import Path
 from typing import Any
 
 from pitotbench.records.calibration import (
@@ -13,6 +12,7 @@ from pitotbench.records.calibration import (
     WindEstimate,
     WindowWind,
 )
+from pitotbench.records.outputs import file_name
 from pitotbench.show.calibration import NamedFlight
 from pitotbench.show.columns import json_rows
 from pitotbench.show.curve_rows import CURVE_COLUMNS, curve_points, points_json
@@ -28,7 +28,7 @@ def flights_json(flights: Sequence[NamedFlight], limit: Limit | str | None = AUT
     """
     documents = [
         {
-            "log": Path(each.file).name,
+            "log": file_name(each.file),
             "origin": "simulated" if each.flight.log.simulated else "measured",
             **calibration_json(each.flight.calibration, limit),
             **flight_json(each.flight),

@@ -98,7 +98,7 @@ def calibration_tree(
             Download(
                 f"card-{_plain(subject) or 'airspeed'}.csv",
                 "Save the card as CSV",
-                card_csv(curve, doubts),
+                card_csv(result),
             ),
             *map(Doubt, doubts[1:]),
             *map(

@@ -196,9 +196,13 @@ def json_rows(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> list[dict[
     return [{column.key: column.value(row) for column in keyed} for row in rows]
 
 
-def csv_text(rows: Sequence[Mapping[str, object]]) -> str:
-    """Rows as CSV, by key: numbers with three decimals, nothing for what a row has not."""
-    keys = dict.fromkeys(key for row in rows for key in row)
+def csv_text(rows: Sequence[Mapping[str, object]], **whole: object) -> str:
+    """Rows as CSV, by key: numbers with three decimals, nothing for what a row has not. What is
+    said of the `whole`, if anything, stands in the first row alone, in columns of its own.
+    """
+    said = {key: value for key, value in whole.items() if value}
+    rows = [{**row, **(said if number == 0 else {})} for number, row in enumerate(rows)]
+    keys = dict.fromkeys(sorted((key for row in rows for key in row), key=said.__contains__))
     text = StringIO()
     lines = DictWriter(text, keys, lineterminator="\n")
     lines.writeheader()

@@ -10,6 +10,7 @@ import numpy as np
 
 from pitotbench.records.calibration import Calibration, ErrorCurve, PublishedCurve
 from pitotbench.records.legs import FixedSpeedPoint
+from pitotbench.show.calibration import doubts_of
 from pitotbench.show.columns import Column, csv_text, json_rows, keyed, shown_columns
 from pitotbench.show.tree import Doubt, Node, Sentence, Table
 from pitotbench.units import DEGREE, FOOT, KNOT, SUFFIXES, MetersPerSecond, Seconds
@@ -110,25 +111,24 @@ def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
     return shown
 
 
-def card_csv(curve: ErrorCurve, doubts: Sequence[str] = (), unit: str = "kt") -> str:
+def card_csv(result: Calibration, unit: str = "kt") -> str:
     """The card as CSV, speeds in a unit such as `kmh`: the unit ends each column's name; all points
-    of the curve, each with the doubts.
+    of the curve. The first row has the doubts, the airplane and the day of the flight.
     """
-    points, factor = curve_points(curve), KNOT / SUFFIXES[unit].factor
+    points, factor = curve_points(result.curve), KNOT / SUFFIXES[unit].factor
     columns = shown_columns(GLANCE_COLUMNS, points)
-    stated: dict[str, object] = {"doubts": " ".join(doubts)} if doubts else {}
 
     def scaled(key: str, value: Any) -> object:
         return factor * value if key.endswith("_kt") and value is not None else value
 
     return csv_text(
         [
-            {
-                **{c.key.replace("_kt", f"_{unit}"): scaled(c.key, p[c.key]) for c in columns},
-                **stated,
-            }
+            {c.key.replace("_kt", f"_{unit}"): scaled(c.key, p[c.key]) for c in columns}
             for p in points
-        ]
+        ],
+        doubts=" ".join(doubts_of(result)),
+        airplane=result.provenance.airplane,
+        flown_on=result.provenance.flown,
     )
 
 

@@ -16,6 +16,7 @@ from pitotbench.records.calibration import (
     PublishedCurve,
     Setting,
 )
+from pitotbench.records.log import Provenance
 from pitotbench.show.columns import Column, csv_text, json_rows
 from pitotbench.show.tree import Doubt, Heading, Node, Sentence, Table
 from pitotbench.units import FOOT, KNOT, Array, Meters
@@ -144,24 +145,46 @@ def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meter
 
 Doubts = Mapping[str, Sequence[str]]  # of the curve of a configuration
 _NONE: Doubts = MappingProxyType({})
+_UNKNOWN = Provenance()
+_BLANK = "_" * 24
 
 
-def handbook_csv(curves: Mapping[str, ErrorCurve], doubts: Doubts = _NONE) -> str:
-    """The tables as CSV: one line an airspeed and configuration, each with the doubts; the unit
-    ends each column's name.
+def who_and_when(made: Provenance) -> str:
+    """The airplane and the day of the flight for the top of a sheet, with a line to fill in what
+    the log does not tell.
+    """
+    return f"Airplane: {made.airplane or _BLANK}. Flown on: {made.flown or _BLANK}."
+
+
+def handbook_csv(
+    curves: Mapping[str, ErrorCurve], doubts: Doubts = _NONE, made: Provenance = _UNKNOWN
+) -> str:
+    """The tables as CSV: one line an airspeed and configuration; the unit ends each column's name.
+    The first row of a configuration has its doubts, that of the table the airplane and the day.
     """
     return csv_text(
         [
             ({"configuration": name} if any(curves) else {})
             | {column.key: column.value(row) for column in _handbook(curve)}
-            | ({"doubts": " ".join(doubts.get(name, ()))} if any(doubts.values()) else {})
+            | (
+                {"doubts": " ".join(doubts.get(name, ()))}
+                if row == 0 and any(doubts.values())
+                else {}
+            )
             for name, curve in curves.items()
             for row in range(len(curve.indicated_airspeed))
-        ]
+        ],
+        airplane=made.airplane,
+        flown_on=made.flown,
     )
 
 
-def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts = _NONE) -> str:
+def handbook_page(
+    curves: Mapping[str, ErrorCurve],
+    subject: str,
+    doubts: Doubts = _NONE,
+    made: Provenance = _UNKNOWN,
+) -> str:
     """The tables as a page to print, a table for each configuration below its doubts."""
     from pitotbench.show.markup import page_of  # loads Jinja
 
@@ -178,7 +201,9 @@ def handbook_page(curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts
         ] or every
         nodes: list[Node] = [*map(Doubt, doubts.get(name, ())), Table(_handbook(curve), kept)]
         parts.append(Heading(name or "Airspeed and altimeter", tuple(nodes)))
-    return page_of(f"Airspeed calibration: {subject}", [Sentence(lines), *parts])
+    return page_of(
+        f"Airspeed calibration: {subject}", [Sentence(who_and_when(made)), Sentence(lines), *parts]
+    )
 
 
 def jsbsim_system(
@@ -227,18 +252,23 @@ def jsbsim_system(
 
 
 def table_text(
-    suffix: str, curves: Mapping[str, ErrorCurve], subject: str, doubts: Doubts = _NONE
+    suffix: str,
+    curves: Mapping[str, ErrorCurve],
+    subject: str,
+    doubts: Doubts = _NONE,
+    made: Provenance | None = None,
 ) -> str:
     """The curves of the configurations in the form that a file's suffix asks for: .csv, .html or
-    .xml (JSBSim).
+    .xml (JSBSim); `made` names the airplane and the day.
 
     Raises BadInputError for an .xml of several configurations: the simulator has one airspeed
     indicator.
     """
+    made = made or _UNKNOWN
     if suffix == ".csv":
-        return handbook_csv(curves, doubts)
+        return handbook_csv(curves, doubts, made)
     if suffix == ".html":
-        return handbook_page(curves, subject, doubts)
+        return handbook_page(curves, subject, doubts, made)
     if len(curves) > 1:
         raise BadInputError(
             f"a JSBSim system reads one curve, and there are {len(curves)} ({', '.join(curves)}): "
@@ -246,4 +276,5 @@ def table_text(
             "a card of one configuration"
         )
     ((name, curve),) = curves.items()
-    return jsbsim_system(curve, subject, doubts.get(name, ()))
+    about = ", ".join(filter(None, (subject, made.airplane, made.flown)))
+    return jsbsim_system(curve, about, doubts.get(name, ()))

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from pitotbench.logbook.checks import airplane_of, day_of
 from pitotbench.records.aircraft import AircraftCheck, Attached, ManeuverCheck, StepResponse
 from pitotbench.records.log import ChannelSummary, FlightLog, FlightSummary, LogInspection, Question
 from pitotbench.records.performance import Performance, PerformanceFigure
@@ -119,7 +120,10 @@ def inspection_tree(found: LogInspection, log: FlightLog | None = None) -> list[
     """The account of a log: sentences, warnings, pictures of the `log`, questions, channels and
     pauses.
     """
+    known = [] if log is None else filter(None, (airplane_of(log), day_of(log)))
+    flight = ", ".join(known)
     return [
+        *([Sentence(f"{flight}.")] if flight else []),
         *map(Sentence, inspection_sentences(found)),
         *(Doubt(each) if is_doubt(each) else Notice(each) for each in found.warnings),
         *(

@@ -20,8 +20,7 @@ from pitotbench.units import FOOT, KNOT, Array
 
 AUTO, NONE = "auto", "none"
 _TRANSPORT = 0.6  # Mach number from which on the rule of transport airplanes judges
-# No airplane certified under part 23 or 25 cruises below this speed: for a small drone the rule
-# means nothing.
+# No airplane certified under part 23 or 25 cruises below this speed.
 _SLOWEST_KT = 60.0
 # At sea level in the standard atmosphere, where the rules apply: 1/(ρ g), with ρ = p/(R T).
 _FEET_A_PASCAL = GAS_CONSTANT * SEA_LEVEL_TEMPERATURE / (SEA_LEVEL_PRESSURE * GRAVITY) / FOOT
@@ -144,12 +143,13 @@ def limit_named(text: str) -> Limit | str | None:
 
 
 def limit_for(result: Calibration, limit: Limit | str | None = AUTO) -> Limit | None:
-    """The limit that judges a curve: the one given, or by the Mach number FAR 23 or 25 for an
-    airplane's speeds.
+    """The limit that judges a curve: the one given, else by the Mach number FAR 23 or 25 for an
+    airplane's speeds. Both are rules of airplanes: none judges a drone or a glider.
     """
     if not isinstance(limit, str):
         return limit
-    if result.curve.indicated_airspeed[-1] < _SLOWEST_KT * KNOT:
+    other_kind = any(each.kind for each in result.provenance.inputs)
+    if other_kind or result.curve.indicated_airspeed[-1] < _SLOWEST_KT * KNOT:
         return None
     fast = result.mach >= _TRANSPORT
     return replace(

@@ -24,7 +24,6 @@ from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.records.outputs import PAGES, require_file
-from pitotbench.show.calibration import doubts_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.columns import json_rows
 from pitotbench.show.curve_rows import CURVE_COLUMNS, card_csv, curve_points
@@ -113,7 +112,7 @@ def write_record(record: Calibration, path: Path, rule: str, units: str) -> None
 def write_card(record: Calibration, path: Path) -> None:
     """Write the airspeed card of a calibration."""
     require_file(path, (".csv",))
-    write_text(path, card_csv(record.curve, doubts_of(record)))
+    write_text(path, card_csv(record))
 
 
 def judge(record: Calibration, rule: str) -> list[LimitJudgment]:

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.records.aircraft import AircraftCheck, Attached, StepResponse
 from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.records.outputs import file_name
 from pitotbench.show.calibration import NamedFlight, flight_lines, short_answer_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import ANSWER_COLUMNS, campaign_tree, doubts_of_answers
@@ -132,7 +132,7 @@ def flights_page(
         )
         for each in flights
     ]
-    files = ", ".join(dict.fromkeys(Path(each.file).name for each in flights))
+    files = ", ".join(dict.fromkeys(file_name(each.file) for each in flights))
     return log_page(f"Pitot-static calibration: {files}", sections, units)
 
 

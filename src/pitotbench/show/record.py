@@ -11,6 +11,7 @@ from pitotbench.records.calibration import Calibration, WindEstimate, WindowWind
 from pitotbench.records.log import Provenance
 from pitotbench.records.verdict import Check
 from pitotbench.show.columns import Column
+from pitotbench.show.deliverables import who_and_when
 from pitotbench.show.markup import render
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.renderers import html_of
@@ -184,6 +185,7 @@ def record_page(
     return render(
         "record.html",
         title=title,
+        identity=who_and_when(made),
         objective=objective,
         inputs=made.inputs,
         choices=choices,

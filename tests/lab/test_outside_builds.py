@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import norm
 
 from pitotbench.records import BadInputError
+from pitotbench.records.log import Caution
 from pitotlab.__main__ import main
 from pitotlab.outside import builds
 from pitotlab.outside.builds import BuildRow
@@ -39,7 +40,11 @@ def _answer(error, bound, wind, warnings=()):
     )
     north, east = (SimpleNamespace(value=v * KNOT, two_sigma=0.5 * KNOT) for v in wind)
     found = SimpleNamespace(north=north, east=east)
-    said = {"warnings": warnings, "disagreements": (), "usable": True}
+    said = {
+        "warnings": [Caution(words, "temperature") for words in warnings],
+        "disagreements": (),
+        "usable": True,
+    }
     return SimpleNamespace(curve=curve, wind=found, **said)
 
 
@@ -51,8 +56,9 @@ def test_an_answer_is_held_against_the_truth_where_it_was_flown():
     assert errors_of["rms_kt"] == pytest.approx(np.sqrt(np.mean(error[1:5] ** 2)))
     assert errors_of["wind_inside"] == 0.5
     assert errors_of["z3"] == pytest.approx(np.mean([0.2, -0.3]) / 0.2)  # 130 kt
-    said = [errors_of[name] for name in ("warned", "headline", "says")]
-    assert said == [1.0, 0.0, "it is warm"]
+    assert errors_of["worst"] == pytest.approx(1.5)
+    said = [errors_of[name] for name in ("warned", "headline", "codes", "says")]
+    assert said == [1.0, 0.0, "temperature", "it is warm"]
     no_wind = _answer(error, 0.4, (0.0, 0.0))
     no_wind.wind = None
     assert np.isnan(builds.errors_of(no_wind, TRUTH)["wind_inside"])
@@ -83,20 +89,20 @@ def test_a_run_that_was_ended_goes_on_and_other_choices_are_other_rows(tmp_path,
 
     monkeypatch.setattr(builds, "judge_log", judge_log)
     out = tmp_path / "rows.csv"
-    builds.judge_folder(tmp_path, out, {})
+    builds.judge_folders([tmp_path], out, {})
     assert judged == [("1.csv", "auto"), ("1.csv", "auto"), ("2.csv", "auto")]  # the first is warm
     with out.open("ab") as file:
         file.write(b"base,3,{}")  # a run that was ended while it wrote
     judged.clear()
-    builds.judge_folder(tmp_path, out, {})
+    builds.judge_folders([tmp_path], out, {})
     assert judged == []
-    builds.judge_folder(tmp_path, out, {"model": "linear"})
+    builds.judge_folders([tmp_path], out, {"model": "linear"})
     assert {model for _, model in judged} == {"linear"}
     rows = read_rows(out, BuildRow)
     assert [row.seed for row in rows] == [1, 2, 1, 2]
     assert rows[0].says == "too short"
     with pytest.raises(BadInputError, match="outside write"):
-        builds.judge_folder(tmp_path / "nowhere", out, {})
+        builds.judge_folders([tmp_path / "nowhere"], out, {})
 
 
 def test_a_log_is_judged_from_file_to_row(tmp_path):
@@ -129,7 +135,7 @@ def test_two_builds_stand_side_by_side_on_the_logs_that_both_have():
         _row(1, two_sigma_kt=0.3),
         _row(2, two_sigma_kt=0.3),
         replace(_row(3), outcome="refused"),
-        _row(1, kind="probe_5k", two_sigma_kt=1.2, headline=1.0),
+        _row(1, kind="probe_5k", two_sigma_kt=1.2, headline=1.0, codes="height samples"),
     ]
     lines, below = builds.compared(first, second)
     table = {line[0]: dict(zip(lines[0], line, strict=True)) for line in lines[1:]}
@@ -141,8 +147,28 @@ def test_two_builds_stand_side_by_side_on_the_logs_that_both_have():
     assert (table["all"]["wrong 1"], table["without probes"]["wrong 1"]) == ("3", "2")
     assert table["probe_5k"]["headline 2"] == "1"
     assert below[0].startswith("base, 1: wrong 2 of 3 (20.8 to 93.9 %)")
+    assert table["circle"]["n 1"] == "3"  # no probes
+    said = next(line for line in below if line.startswith("probe_5k, 2"))
+    assert said.endswith("said: height 1, samples 1")
     with pytest.raises(BadInputError, match="twice"):
         builds.compared([_row(1), _row(1)], second)
+
+
+def test_a_flight_is_wrong_where_half_is_outside_or_a_point_is_off_by_two_bounds():
+    assert builds.is_wrong(_row(1, inside=0.49))
+    assert not builds.is_wrong(_row(1, inside=0.5, worst=1.9))
+    assert builds.is_wrong(_row(1, inside=0.9, worst=2.1))
+
+
+def test_a_finding_that_names_another_cause_does_not_name_a_leak():
+    told = {"inside": 0.3, "warned": 1.0}
+    leak = _row(1, kind="leak", says="The pitot line leaks.", **told)
+    other = _row(2, kind="leak", says="the wind changed", **told)
+    silent = _row(3, kind="leak", inside=0.3)
+    assert [builds.is_named(row) for row in (leak, other, silent)] == [True, False, False]
+    assert float(builds.FIGURES["in or named %"]([leak, other, silent])) == pytest.approx(53.3)
+    # a wave has no name of its own: any word tells of it
+    assert builds.is_named(_row(4, kind="wave", says="the wind changed", **told))
 
 
 def test_ranks_of_honest_bounds_are_uniform_and_those_of_bounds_too_small_are_not():
@@ -156,7 +182,8 @@ def test_ranks_of_honest_bounds_are_uniform_and_those_of_bounds_too_small_are_no
         said = builds.ranks_of(rows)
         p = float(said.rpartition("p = ")[2].rstrip(")"))
         assert (p > 0.01) == passes
-        assert said.startswith(f"rms z {np.sqrt(np.mean(z**2)):.2f}, ranks ")
+        rms = float(builds.FIGURES["rms z"](rows))
+        assert rms == pytest.approx(np.sqrt(np.mean(z**2)), abs=0.006)
         one = z[np.arange(200), np.arange(200) % 5]
         lowest = int(np.sum(norm.cdf(one) < 0.1))
         assert f"ranks {lowest} " in said

@@ -14,7 +14,7 @@ from pitotbench.logbook.reading import read_log
 from pitotlab.outside import kinds
 from pitotlab.outside import physics as physics
 from pitotlab.outside.generator import generate
-from pitotlab.outside.kinds import KINDS, OTHERS
+from pitotlab.outside.kinds import FAULTS, KINDS, OTHERS
 from pitotlab.outside.motion import NOISE, RATE
 from pitotlab.outside.moving_air import BASE
 from pitotlab.outside.physics import FOOT, KNOT
@@ -37,9 +37,182 @@ def _airspeed(impact):
     return sound * np.sqrt(5.0 * ((impact / 101325.0 + 1.0) ** (2.0 / 7.0) - 1.0)) / KNOT
 
 
+@pytest.fixture(scope="module")
+def faults():
+    """A flight of each fault, with the rows and the display of its recorder."""
+    return {
+        name: generate(replace(cell, log_rate=RATE), cell.maneuvers[-1], SEED)
+        for name, cell in FAULTS.items()
+    }
+
+
+def test_the_vertical_velocity_the_height_and_the_pressure_fit_one_another(raw, faults):
+    """The height is the integral of the velocity, and the pressure that of the weight of the air
+    along the path, less what the wind needs.
+    """
+    for name, flight in (raw | faults).items():
+        state, sky = flight.state, flight.sky
+        climbed = -_integral(state.ground_velocity[:, 2])
+        np.testing.assert_allclose(state.height, state.height[0] + climbed, atol=0.1, err_msg=name)
+        toward_north, toward_east = sky.gradient()
+        density = state.pressure / (287.053 * state.temperature)
+        slope = 9.80665 * density * state.ground_velocity[:, 2]
+        slope += state.ground_velocity[:, :2] @ [toward_north, toward_east]
+        np.testing.assert_allclose(
+            state.pressure, state.pressure[0] + _integral(slope), atol=1.5, err_msg=name
+        )
+
+
+def test_the_receiver_reports_a_height_that_its_vertical_velocity_explains(raw, faults):
+    """To within its slow error of 2 m; the display of a barometric height is not a receiver's."""
+    for name, flight in (raw | faults).items():
+        columns = flight.columns
+        down = np.interp(flight.state.time, columns["time_s"], columns["velocity_down_mps"])
+        height = np.interp(flight.state.time, columns["time_s"], columns["altitude_m"])
+        apart = height + _integral(down)
+        assert np.std(apart) < 3.5, name
+
+
+def _integral(rate):
+    """Of a rate a row, from the first row, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]))]) / RATE
+
+
+def _shares(flight):
+    """Errors of the static and of the total source as the log shows them, in shares of q_c."""
+    state, columns = flight.state, flight.columns
+    static = columns["static_pressure_pa"] - state.pressure
+    total = static + columns["impact_pressure_pa"] - state.impact
+    return static / state.impact, total / state.impact
+
+
+def _in_level(flight):
+    """The place of each row in the curve: q_ci in level flight at its true impact pressure [Pa]."""
+    shown = np.linspace(500.0, 8000.0, 4001)
+    return np.interp(flight.state.impact, shown / (1.0 - flight.error.share(shown)), shown)
+
+
+def _means_of(values, rows=200):
+    return values[: len(values) // rows * rows].reshape(-1, rows).mean(axis=1)
+
+
+LOWEST = 101325.0 * ((1.0 + 0.2 * (100.0 * KNOT / 340.294) ** 2) ** 3.5 - 1.0)  # Pa, at 100 kt
+
+
+def test_a_lift_part_grows_with_the_load_over_the_impact_pressure(faults):
+    flight = faults["lift"]
+    load = 1.0 / np.cos(flight.columns["roll_rad"])
+    assert np.quantile(load, 0.9) == pytest.approx(np.sqrt(2.0), abs=0.15)
+    level = flight.error.k[0]
+    expected = level + 0.06 * load * LOWEST / _in_level(flight)
+    static, total = _shares(flight)
+    np.testing.assert_allclose(_means_of(static), _means_of(expected), atol=0.002)
+    np.testing.assert_allclose(_means_of(total), 0.0, atol=0.003)
+
+
+def test_a_tube_loses_with_the_square_of_the_load_over_the_impact_pressure(faults):
+    flight = faults["loss"]
+    load = 1.0 / np.cos(flight.columns["roll_rad"])
+    static, total = _shares(flight)
+    lost = 0.04 * (load * LOWEST / _in_level(flight)) ** 2
+    np.testing.assert_allclose(_means_of(total), -_means_of(lost), atol=0.003)
+    known = flight.error.static.share(_in_level(flight))
+    np.testing.assert_allclose(_means_of(static), _means_of(known), atol=0.002)
+
+
+def test_sideslip_raises_the_static_pressure_in_turns_to_one_side_and_lowers_it_in_the_other():
+    for seed in range(4):
+        flight = generate(replace(FAULTS["sideslip"], log_rate=RATE), "circle", seed)
+        level = flight.error.share(_in_level(flight))
+        static, _ = _shares(flight)
+        bank = flight.columns["roll_rad"]
+        expected = 0.015 * np.tan(bank) / np.tan(np.radians(30.0))
+        np.testing.assert_allclose(_means_of(static - level), _means_of(expected), atol=0.002)
+        assert abs(np.median(expected)) == pytest.approx(0.015, abs=0.003)
+
+
+def test_the_level_curve_of_a_fault_is_its_truth():
+    """What only turns show is in no entry of the truth: its curve is that of straight flight."""
+    for name in ("lift", "loss", "sideslip"):
+        flight = generate(replace(FAULTS[name], log_rate=RATE), "step_decrease", SEED)
+        truth, state = truth_of(flight), flight.state
+        shown, at = _airspeed(state.indicated_impact), truth["indicated_airspeed_kt"]
+        flown, rate = (shown > at[0]) & (shown < at[-1]), np.abs(state.turn_rate)
+        straight, turning = flown & (rate < 1e-6), flown & (rate > 0.04)
+        off = shown + np.interp(shown, at, truth["correction_kt"]) - _airspeed(state.impact)
+        assert np.mean(straight) > 0.3
+        assert np.max(np.abs(off[straight])) < 0.01
+        assert np.max(np.abs(off[turning])) > 0.1
+
+
+def test_a_probe_that_is_warm_when_slow_is_right_when_fast(faults):
+    flight, twin = faults["warm_slow"], replace(FAULTS["warm_slow"], log_rate=RATE, probe_warm=0.0)
+    right = generate(twin, flight.maneuver, SEED).columns
+    channel = next(name for name in right if name.endswith("temperature_k"))
+    off = flight.columns[channel] - right[channel]
+    airspeed = _airspeed(flight.state.impact)
+    slow, fast = np.abs(airspeed - 100.0) < 0.5, np.abs(airspeed - 160.0) < 0.5
+    assert np.mean(off[slow]) == pytest.approx(6.0, abs=0.1)
+    assert np.mean(off[fast]) == pytest.approx(0.0, abs=0.1)
+    assert np.corrcoef(off, 1.0 / flight.state.impact)[0, 1] > 1.0 - 1e-9
+
+
+def test_a_leak_and_a_scale_change_the_impact_pressure_by_what_they_say(faults):
+    _, total = _shares(faults["leak"])
+    np.testing.assert_allclose(_means_of(total), -0.06, atol=0.003)
+    for name, scale in (("scale_+4", 1.04), ("scale_-4", 0.96)):
+        flight = faults[name]
+        read = flight.columns["impact_pressure_pa"] / flight.state.indicated_impact
+        assert np.mean(read) == pytest.approx(scale, abs=1e-4)
+
+
+def test_a_recorder_of_means_stores_the_mean_of_each_span(faults):
+    columns = faults["means"].columns
+    plain = generate(replace(FAULTS["means"], shown=()), "circle", SEED).columns
+    assert np.diff(columns["time_s"]) == pytest.approx(5.0)
+    for name in ("velocity_north_mps", "impact_pressure_pa", "altitude_m"):
+        np.testing.assert_allclose(columns[name], _means_of(plain[name], 100))
+    turned = np.diff(np.unwrap(columns["heading_rad"]))
+    assert np.max(np.abs(turned)) < np.radians(60.0)  # 5 s at 30° of bank
+
+
+def test_an_altitude_that_a_computer_corrects_is_off_by_5_percent_of_the_impact_pressure(faults):
+    signs = set()
+    for seed in range(4):
+        columns = generate(FAULTS["height_off"], "rapid_decel", seed).columns
+        plain = generate(replace(FAULTS["height_off"], drawn=None), "rapid_decel", seed).columns
+        lightness = 1.0 - 0.0065 / 288.15 * columns["pressure_altitude_ft"] * FOOT
+        shown = 101325.0 * lightness ** (9.80665 / 287.053 / 0.0065)
+        share = (shown - plain["static_pressure_pa"]) / plain["impact_pressure_pa"]
+        assert np.abs(share) == pytest.approx(0.05, abs=1e-6)
+        signs.add(np.sign(share[0]))
+        shown = _airspeed(plain["impact_pressure_pa"])
+        np.testing.assert_allclose(columns["indicated_airspeed_kt"], shown)
+    assert signs == {-1.0, 1.0}
+
+
+def test_a_log_of_climbs_goes_up_and_down_by_more_than_a_thousand_feet():
+    for maneuver in FAULTS["climbs_20k"].maneuvers:
+        for seed in range(8):
+            height = generate(FAULTS["climbs_20k"], maneuver, seed).state.height
+            assert np.ptp(height) > 1000.0 * FOOT
+
+
+def test_good_flights_have_banks_and_gusts_of_many_sizes():
+    dice = np.random.default_rng(1)
+    drawn = [kinds.draw_good(FAULTS["good"], dice) for _ in range(2000)]
+    banks = np.degrees([cell.bank for cell in drawn])
+    assert np.quantile(banks, [0.0, 0.5, 1.0]) == pytest.approx([15.0, 30.0, 45.0], abs=1.0)
+    for name, median in (("gust_sigma", 0.5), ("gust_length", 300.0)):
+        logs = np.log([getattr(cell, name) for cell in drawn])
+        assert np.exp(np.mean(logs)) == pytest.approx(median, rel=0.06)
+        assert np.std(logs) == pytest.approx(np.log(1.8), rel=0.06)
+
+
 def test_there_are_27_kinds():
     assert len(KINDS) == 27
-    assert [cell.name for cell in KINDS.values()] == list(KINDS)
+    for named in (KINDS, FAULTS, OTHERS):
+        assert [cell.name for cell in named.values()] == list(named)
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -6,8 +6,10 @@ what a build does not know is left out with a note. `outside compare` then reads
 
 import argparse
 import json
+import re
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,12 +31,15 @@ from pitotlab.outside.judge import (
     standard_error,
     text_of,
 )
+from pitotlab.outside.kinds import SETS
 from pitotlab.outside.physics import KNOT, Array
 from pitotlab.outside.written import TRUTH
 
 Z_AT = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the range of airspeeds
 WRONG_BELOW = 0.5  # share of the curve inside its bound
+WRONG_BY = 2.0  # of its bound
 RANKS = 10  # classes of the test of ranks
+CELL_OF = {cell.name: cell for cells in SETS.values() for cell in cells}
 PROBES = ("probe_2k", "probe_5k", "probe_-5k", "probe_-20k")
 
 
@@ -56,11 +61,13 @@ class BuildRow:
     z3: float = NAN
     z4: float = NAN
     z5: float = NAN
+    worst: float = NAN  # the largest error over the bound
     wind_inside: float = NAN  # share of the two components
     warned: float = NAN  # 1 where there was any warning
     headline: float = NAN  # 1 where two findings disagree
     usable: float = NAN  # 0 where the answer says not to use it
     cpu_s: float = NAN
+    codes: str = ""  # of the checks that warn, and the kinds of the disagreements
     says: str = ""  # warnings and disagreements, or why there is no answer
 
 
@@ -115,22 +122,26 @@ def errors_of(found: Any, truth: Mapping[str, Any]) -> dict[str, Any]:
         "two_sigma_kt": np.mean(bound[flown]),
         "rms_kt": np.sqrt(np.mean(error[flown] ** 2)),
         **{f"z{number}": value for number, value in enumerate(z, start=1)},
+        "worst": np.max(np.abs(error[flown]) / bound[flown]),
         "wind_inside": wind,
         "warned": float(bool(found.warnings)),
         "headline": float(bool(found.disagreements)),
         "usable": float(found.usable),
+        "codes": " ".join(
+            sorted({w.code for w in found.warnings} | {d.kind for d in found.disagreements})
+        ),
         "says": " | ".join(told),
     }
 
 
-def judge_folder(folder: Path, out: Path, stated: Mapping[str, Any]) -> None:
-    """Judge the logs under a folder that the file has no row of yet, and append a row each.
+def judge_folders(folders: Sequence[Path], out: Path, stated: Mapping[str, Any]) -> None:
+    """Judge the logs under folders that the file has no row of yet, and append a row each.
 
-    Raises BadInputError for a folder without written logs.
+    Raises BadInputError for folders without written logs.
     """
-    paths = sorted(folder.rglob(f"*{TRUTH}"))
+    paths = sorted(path for folder in folders for path in folder.rglob(f"*{TRUTH}"))
     if not paths:
-        raise BadInputError(f"{folder} holds no log with its truth: write some with outside write")
+        raise BadInputError(f"{folders[0]} holds no log with its truth: write with outside write")
     done = {(row.set, row.seed, row.options) for row in read_rows(out, BuildRow)}
     choices: dict[str, tuple[CalibrationOptions, str]] = {}
     warm = False
@@ -158,7 +169,7 @@ def judge_folder(folder: Path, out: Path, stated: Mapping[str, Any]) -> None:
 
 def judge_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """Judge the installed build on logs of `outside write`; a run that was ended goes on."""
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folders", nargs="+", metavar="FOLDER", type=Path)
     parser.add_argument("--out", type=Path, required=True, help="one row a log (CSV)")
     parser.add_argument("--calibrate", default="{}", help="choices of the calibration (JSON)")
     choice = parser.parse_args(words)
@@ -166,7 +177,7 @@ def judge_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None
         stated = json.loads(choice.calibrate)
     except json.JSONDecodeError as error:
         parser.error(f"--calibrate {choice.calibrate!r}: {error}")
-    judge_folder(choice.folder, choice.out, stated)
+    judge_folders(choice.folders, choice.out, stated)
 
 
 def wilson(count: int, of: int) -> tuple[float, float]:
@@ -178,8 +189,8 @@ def wilson(count: int, of: int) -> tuple[float, float]:
 
 
 def is_wrong(row: BuildRow) -> bool:
-    """Whether under half of the curve is inside its bound."""
-    return row.inside < WRONG_BELOW
+    """Whether under half of the curve is inside its bound, or a point is off by twice its bound."""
+    return row.inside < WRONG_BELOW or row.worst > WRONG_BY
 
 
 def is_silent(row: BuildRow) -> bool:
@@ -187,13 +198,30 @@ def is_silent(row: BuildRow) -> bool:
     return row.warned == 0.0 and row.headline == 0.0
 
 
+def is_named(row: BuildRow) -> bool:
+    """Whether a finding names what is wrong with the flights of the kind; any word where nothing
+    has a name of its own.
+    """
+    pattern = CELL_OF[row.set].named if row.set in CELL_OF else ""
+    return not is_silent(row) and bool(re.search(pattern, row.says, re.IGNORECASE))
+
+
+def _mean_held(rows: Sequence[BuildRow]) -> float:
+    """The mean share [%] of the curve inside its bound, all of it where what is wrong is named."""
+    held = [1.0 if is_named(row) else row.inside for row in rows]
+    return 100.0 * float(np.mean(held)) if held else NAN
+
+
 FIGURES: dict[str, Callable[[Sequence[BuildRow]], str]] = {
     "n": lambda rows: str(len(rows)),
     "inside %": lambda rows: text_of(100.0 * _mean(rows, "inside"), 1),
     "bound": lambda rows: text_of(_mean(rows, "two_sigma_kt"), 2),
     "rms": lambda rows: text_of(np.sqrt(np.mean(_of(rows, "rms_kt") ** 2)) if rows else NAN, 2),
+    "rms z": lambda rows: text_of(np.sqrt(np.mean(_z_of(rows) ** 2)) if rows else NAN, 2),
     "wrong": lambda rows: str(sum(map(is_wrong, rows))),
     "silent": lambda rows: str(sum(is_wrong(row) and is_silent(row) for row in rows)),
+    "named": lambda rows: str(sum(map(is_named, rows))),
+    "in or named %": lambda rows: text_of(_mean_held(rows), 1),
     "warned": lambda rows: str(sum(not is_silent(row) for row in rows)),
     "headline": lambda rows: str(sum(row.headline == 1.0 for row in rows)),
     "wind %": lambda rows: text_of(100.0 * _mean(rows, "wind_inside"), 0),
@@ -218,6 +246,8 @@ def compared(
     if len(kinds) > 1:
         kinds["all"] = list(keys)
         kinds["without probes"] = [key for key in keys if key[0] not in PROBES]
+        for name in sorted({sides[0][key].maneuver for key in keys}):
+            kinds[name] = [key for key in kinds["without probes"] if sides[0][key].maneuver == name]
     lines = [["kind", *(f"{name} {side}" for name in FIGURES for side in (1, 2)), "2/1"]]
     below = []
     for kind, chosen in kinds.items():
@@ -244,20 +274,25 @@ def _said_of(rows: Sequence[BuildRow]) -> str:
         for low, high in [wilson(count, len(rows))]
     ]
     inside = f"inside {text_of(100.0 * _mean(rows, 'inside'), 1)} ± {text_of(spread, 1)} %"
-    return ", ".join([*intervals, inside, ranks_of(rows)])
+    codes = Counter(code for row in rows for code in row.codes.split())
+    said = ", ".join(f"{code} {count}" for code, count in codes.most_common()) or "nothing"
+    return ", ".join([*intervals, inside, ranks_of(rows), f"said: {said}"])
 
 
 def ranks_of(rows: Sequence[BuildRow]) -> str:
-    """The rms of z, and whether the ranks Φ(z) are uniform, by one place a flight."""
-    z = np.array([[row.z1, row.z2, row.z3, row.z4, row.z5] for row in rows]).reshape(-1, len(Z_AT))
+    """Whether the ranks Φ(z) are uniform, by one place a flight."""
+    z = _z_of(rows)
     if len(z) < RANKS:
-        return f"rms z {np.sqrt(np.mean(z**2)) if len(z) else NAN:.2f}"
+        return "ranks –"
     one = z[np.arange(len(z)), np.arange(len(z)) % len(Z_AT)]
     counts = np.histogram(norm.cdf(one), bins=RANKS, range=(0.0, 1.0))[0]
-    return (
-        f"rms z {np.sqrt(np.mean(z**2)):.2f}, ranks {' '.join(map(str, counts))} "
-        f"(uniform: p = {chisquare(counts).pvalue:.2g})"
-    )
+    return f"ranks {' '.join(map(str, counts))} (uniform: p = {chisquare(counts).pvalue:.2g})"
+
+
+def _z_of(rows: Sequence[BuildRow]) -> Array:
+    """Errors over half the bound, (rows, places)."""
+    z = [[getattr(row, f"z{number}") for number in range(1, len(Z_AT) + 1)] for row in rows]
+    return np.array(z).reshape(-1, len(Z_AT))
 
 
 def _of(rows: Sequence[BuildRow], name: str) -> Array:

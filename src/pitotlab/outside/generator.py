@@ -16,6 +16,7 @@ import numpy as np
 from pitotlab.outside import moving_air
 from pitotlab.outside import physics as physics
 from pitotlab.outside.motion import (
+    BANK,
     MANEUVERS,
     NOISE,
     RATE,
@@ -177,7 +178,8 @@ def _fly(
     pressure = sky.pressure(height, position[:, 0], position[:, 1])
     temperature = sky.day.temperature(height)
     impact = pressure * physics.impact_over_static(airspeed / physics.speed_of_sound(temperature))
-    indicated = physics.indicated_from_impact(error, impact)
+    in_level = physics.indicated_from_impact(error, impact)
+    static, total = _of_turns(cell, in_level, quiet * motion.turn_rate / physics.GRAVITY)
     return State(
         time=motion.time,
         height=height,
@@ -190,11 +192,22 @@ def _fly(
         pressure=pressure,
         temperature=temperature,
         impact=impact,
-        indicated_impact=indicated,
-        total_error=physics.total_share(error, indicated) * impact,
+        indicated_impact=in_level - (static + total) * impact,
+        total_error=(physics.total_share(error, in_level) + total) * impact,
         heading=motion.heading,
         turn_rate=motion.turn_rate,
     )
+
+
+def _of_turns(cell: Cell, in_level: Array, tangent: Array) -> tuple[Array, Array]:
+    """What turns add to the errors of the static and of the total source, in shares of q_c.
+
+    Parameters: in_level, the impact pressure that level flight would indicate [Pa]; tangent, that
+    of the bank.
+    """
+    slow, load = physics.impact_pressure(np.array(cell.low)) / in_level, np.hypot(1.0, tangent)
+    static = cell.lift * (load - 1.0) * slow + cell.sideslip * tangent / np.tan(BANK)
+    return static, cell.loss * (load**2 - 1.0) * slow**2
 
 
 def _true_over_indicated(cell: Cell, day: Day) -> float:
@@ -256,6 +269,7 @@ def _record(
         mach = physics.mach_number(state.impact / state.pressure)
         temperature = physics.total_temperature(temperature, mach, cell.recovery)
     temperature = lagged(temperature, cell.probe_lag, RATE)
+    warm = cell.probe_warm * _slowness(cell, state.impact)
     offset = cell.probe_offset * float(sensors.choice([-1.0, 1.0])) + cell.probe_bias
     velocity, height = receive(
         state.time,
@@ -275,7 +289,7 @@ def _record(
             static + NOISE.static * sensors.standard_normal(count) + cell.static_bias
         ),
         "air_temperature_k" if air_temperature else "total_temperature_k": (
-            temperature + offset + NOISE.temperature * sensors.standard_normal(count)
+            temperature + warm + offset + NOISE.temperature * sensors.standard_normal(count)
         ),
         **{f"velocity_{axis}_mps": velocity[:, i] for i, axis in enumerate(_AXES)},
         "gps_fresh": (fixes(state.time, fix_rate) == np.arange(count)).astype(float),
@@ -284,6 +298,12 @@ def _record(
         "pitch_rad": attitude[:, 1],
         "heading_rad": np.mod(attitude[:, 2], 2.0 * np.pi),
     }
+
+
+def _slowness(cell: Cell, impact: Array) -> Array:
+    """1 at the lowest airspeed of a cell, 0 at the highest, straight in 1/q_c."""
+    low, high = physics.impact_pressure(np.array([cell.low, cell.high]))
+    return np.asarray((1.0 / impact - 1.0 / high) / (1.0 / low - 1.0 / high))
 
 
 def _logged(cell: Cell, columns: dict[str, Array]) -> dict[str, Array]:

@@ -11,12 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from pitotlab.outside.motion import RATE
 from pitotlab.outside.moving_air import BASE, CELLS, SHORT, Cell, Display, drift
 from pitotlab.outside.physics import (
     FOOT,
     KNOT,
     Array,
     calibrated_airspeed,
+    draw_lifting,
+    draw_losing,
     draw_smooth,
     handbook,
     line_in_log,
@@ -40,6 +43,31 @@ def air_data(columns: Columns) -> Columns:
     return _without(columns, "impact_pressure_pa", "static_pressure_pa") | {
         "indicated_airspeed_kt": calibrated_airspeed(columns["impact_pressure_pa"]) / KNOT,
         "pressure_altitude_ft": pressure_altitude(columns["static_pressure_pa"]) / FOOT,
+    }
+
+
+def corrected_altitude(columns: Columns, share: float) -> Columns:
+    """The outputs of an air-data computer that adds a share of the impact pressure to the static
+    pressure before it makes the altitude of it.
+    """
+    impact = columns["impact_pressure_pa"]
+    return air_data(
+        columns | {"static_pressure_pa": columns["static_pressure_pa"] + share * impact}
+    )
+
+
+def means(columns: Columns, seconds: float) -> Columns:
+    """What a recorder keeps that stores the mean of each span."""
+    rows = round(seconds * RATE)
+    count = len(columns["time_s"]) // rows
+    turned = columns | {"heading_rad": np.unwrap(columns["heading_rad"])}
+    kept = {
+        name: column[: count * rows].reshape(count, rows).mean(axis=1)
+        for name, column in turned.items()
+    }
+    return kept | {
+        "heading_rad": np.mod(kept["heading_rad"], 2.0 * np.pi),
+        "gps_fresh": np.ones(count),
     }
 
 
@@ -97,6 +125,22 @@ def draw_scale(cell: Cell, dice: np.random.Generator) -> Cell:
     """A factor of 0.7 to 1.5 on the impact pressure; a third of the flights has a zero as well."""
     factor, zero, which = dice.uniform(0.7, 1.5), dice.uniform(20.0, 80.0), dice.random()
     return replace(cell, impact_scale=factor, impact_zero=zero if which < 1.0 / 3.0 else 0.0)
+
+
+def draw_good(cell: Cell, dice: np.random.Generator) -> Cell:
+    """Turns at 15 to 45° of bank in gusts of many sizes and lengths."""
+    return replace(
+        cell,
+        bank=float(np.radians(dice.uniform(15.0, 45.0))),
+        gust_sigma=0.5 * _factor(dice, 1.8),
+        gust_length=300.0 * _factor(dice, 1.8),
+    )
+
+
+def draw_side(cell: Cell, dice: np.random.Generator) -> Cell:
+    """An air-data computer that corrects the altitude by 5 % of the impact pressure, up or down."""
+    share = 0.05 * float(dice.choice([-1.0, 1.0]))
+    return replace(cell, shown=(partial(corrected_altitude, share=share),))
 
 
 def draw_shear(cell: Cell, dice: np.random.Generator) -> Cell:
@@ -171,7 +215,12 @@ KINDS: dict[str, Cell] = {
             shown=_WHOLE,
         ),
         Cell("recovery", "the probe recovers 0.9, not stated", temperature="total", recovery=0.9),
-        Cell("barometric", "the height is that of the source", shown=(barometric,)),
+        Cell(
+            "barometric",
+            "the height is that of the source",
+            shown=(barometric,),
+            named="barometric",
+        ),
         _like(
             _PILOT,
             "cockpit",
@@ -180,6 +229,89 @@ KINDS: dict[str, Cell] = {
             probe_lag=10.0,
             log_rate=1.0,
             shown=_COCKPIT,
+        ),
+    )
+}
+
+_SLOW = partial(Cell, log_rate=1.0)  # a recorder of one row a second, as of most logs of users
+_CIRCLE = partial(_SLOW, maneuvers=("circle",))
+_LEAKING = partial(_SLOW, maneuvers=("step_decrease", "rapid_decel", "race_track"))
+_LIFT, _LOSS = 0.06, 0.04  # of q_c, at the lowest airspeed
+# What a calibration has to hold or to name: a fault of the instruments, or an error that only
+# turns show.
+FAULTS: dict[str, Cell] = {
+    cell.name: cell
+    for cell in (
+        _CIRCLE("smoothed", "the receiver smooths over 2 s", gps_filter=2.0, named="smooth"),
+        Cell(
+            "means",
+            "the recorder stores means of 5 s",
+            maneuvers=("circle",),
+            shown=(partial(means, seconds=5.0),),
+            named="smooth",
+        ),
+        _CIRCLE(
+            "lift",
+            "a static error in n/q_c, circles at 45° of bank",
+            bank=float(np.radians(45.0)),
+            source=partial(draw_lifting, lift=_LIFT),
+            lift=_LIFT,
+            named="lift",
+        ),
+        _CIRCLE(
+            "loss",
+            "the pitot tube loses 4 % at the lowest airspeed, with (n/q_c)²",
+            source=partial(draw_losing, loss=_LOSS, power=2.0),
+            loss=_LOSS,
+            named="incidence|angle of attack",
+        ),
+        _SLOW(
+            "warm_slow",
+            "the probe is 6 K warm at the lowest airspeed, right at the highest",
+            maneuvers=("race_track",),
+            probe_warm=6.0,
+            named="temperature|probe",
+        ),
+        _CIRCLE(
+            "sideslip",
+            "the static pressure changes by 1.5 % of q_c in turns, all to one side",
+            sideslip=0.015,
+            named="one side|sideslip",
+        ),
+        _LEAKING(
+            "leak",
+            "the pitot line loses 6 %",
+            source=partial(draw_losing, loss=0.06, power=0.0),
+            named="leak|scale|pitot|total",
+        ),
+        *(
+            _LEAKING(
+                f"scale_{sign}4",
+                f"the impact pressure is read {sign}4 %",
+                impact_scale=scale,
+                named="leak|scale|pitot|total",
+            )
+            for sign, scale in (("+", 1.04), ("-", 0.96))
+        ),
+        _SLOW(
+            "height_off",
+            "an air-data computer that corrects its altitude by 5 % of q_c",
+            drawn=draw_side,
+            named="height|altitude",
+        ),
+        _SLOW(
+            "climbs_20k",
+            "temperature 20 K off, two heights 1,500 ft apart",
+            maneuvers=("step_decrease", "circle", "race_track"),
+            height_step=1500.0 * FOOT,
+            probe_offset=20.0,
+            named="temperature|probe",
+        ),
+        _SLOW(
+            "good",
+            "nothing is wrong: banks of 15 to 45°, gusts of many sizes",
+            maneuvers=("step_decrease", "rapid_decel", "circle", "race_track"),
+            drawn=draw_good,
         ),
     )
 }
@@ -232,5 +364,6 @@ ROUGH = {
 SETS: dict[str, tuple[Cell, ...]] = {
     "kinds": tuple(KINDS.values()),
     "rough": tuple(ROUGH.values()),
-    **{name: (cell,) for name, cell in (KINDS | ROUGH | OTHERS).items()},
+    "faults": tuple(FAULTS.values()),
+    **{name: (cell,) for name, cell in (KINDS | ROUGH | FAULTS | OTHERS).items()},
 }

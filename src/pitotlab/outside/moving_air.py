@@ -176,8 +176,14 @@ class Cell:
     speed_seconds: float = 8.0  # s
     bank: float = BANK  # rad, at most, in turns
     source: Source = draw_inverse_plus
+    # What a turn adds to the sources' errors, as shares of q_c. Lift and loss are what the level
+    # curve holds of each at `low`: the one goes with n/q_c, the other with (n/q_c)².
+    lift: float = 0.0  # of the static source
+    loss: float = 0.0  # of the total source
+    sideslip: float = 0.0  # of the static source in a right turn at 30° of bank; left: the opposite
     probe_offset: float = 0.0  # K, of either sign
     probe_bias: float = 0.0  # K
+    probe_warm: float = 0.0  # K at `low`, falling with 1/q_c to none at `high`
     probe_lag: float = 0.0  # s
     recovery: float = 1.0  # share of the rise that a probe of the total temperature shows
     temperature: str = "by seed"  # what is logged: air, total, or one after the other
@@ -194,6 +200,7 @@ class Cell:
     shown: tuple[Display, ...] = ()  # what a display makes of the columns, one after the other
     drawn: Draw | None = None  # what is drawn anew for each flight
     calibrate: tuple[tuple[str, str], ...] = ()  # choices of the calibration that the cell needs
+    named: str = ""  # pattern of the words by which a finding names what is wrong
 
 
 BASE = Cell("base", "gusts 0.5 m/s of 300 m, every assumption holds", maneuvers=ALL)

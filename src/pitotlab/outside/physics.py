@@ -189,6 +189,24 @@ def draw_two_slopes(low: float, high: float, dice: np.random.Generator) -> TwoSl
     return TwoSlopes((low, kink, high), (float(at_low), float(at_kink), float(at_high)))
 
 
+def draw_lifting(low: float, high: float, dice: np.random.Generator, lift: float) -> InversePlus:
+    """A static source of a level near −4 % and a part in 1/q_c that is `lift` at the low airspeed."""
+    level = dice.uniform(-0.05, -0.03)
+    return InversePlus((float(level), 0.0, lift), float(impact_pressure(np.array(low))))
+
+
+def draw_losing(
+    low: float, high: float, dice: np.random.Generator, loss: float, power: float
+) -> TwoSources:
+    """A usual static source, and a total source that loses `loss` of q_c at the low airspeed and by
+    the power of 1/q_c elsewhere.
+    """
+    slowest, fastest = np.log(impact_pressure(np.array([0.5 * low, 2.0 * high])))
+    at = np.linspace(slowest, fastest, 401)
+    lost = loss * (impact_pressure(np.array(low)) / np.exp(at)) ** power
+    return TwoSources(draw_inverse_plus(low, high, dice), Tabulated(tuple(at), tuple(lost)))
+
+
 def handbook(airspeeds: Array, corrections: Array) -> Tabulated:
     """The source of an airplane whose handbook adds `corrections` at `airspeeds` [m/s]."""
     at = np.linspace(airspeeds[0], airspeeds[-1], 201)

@@ -46,6 +46,7 @@ LONGEST = (
     "tests/lab/test_real_logs_in_chromium.py",
     "tests/lab/study/test_page_content.py",
     "tests/lab/test_house_reach.py",
+    "tests/lab/test_checklists.py",
     "tests/lab/recovery/test_claimed_lags.py",
     "tests/lab/recovery/test_formulas.py",
     "tests/lab/recovery/test_cards_flown_again.py",

@@ -1,7 +1,8 @@
-"""Measure the house: its size, the files that a job enters, and the files behind a job.
+"""Measure the house: its size, the numbers in it, and the statements that a job enters.
 
-`python -m pitotlab house` prints the table. The tests of the house hold the figures to their
-budgets.
+A job enters the functions of the product that it calls. Their statements are what somebody reads who
+changes the job: neither splitting a file nor pasting two together moves the sum.
+`python -m pitotlab house` prints the figures; `tests/lab/test_house_reach.py` holds the limits.
 """
 
 import ast
@@ -10,7 +11,9 @@ import os
 import subprocess
 import sys
 from argparse import ArgumentParser
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -18,31 +21,33 @@ ROOT = Path(__file__).resolve().parents[2]
 PRODUCT = ROOT / "src" / "pitotbench"
 LABORATORY = ROOT / "src" / "pitotlab"
 WIDTH = 100  # characters
-# Modules below which each job lies. What they import, lazily or not, has to be read by who changes
-# the job.
-BEHIND = {
-    "one flight": ("pitotbench.simulation.sortie", "pitotbench.sensing.recorder"),
-    "calibrate": ("pitotbench.calibration",),
-    "the judge": ("pitotbench.reconciliation.verdict",),
-    "campaign": ("pitotbench.campaigns.campaign",),
-}
+# Where a number can change an answer; elsewhere it is a unit, a format or a width.
+DECIDING = (
+    "calibration",
+    "reconciliation",
+    "estimation",
+    "logbook",
+    "bench",
+    "models",
+    "broken.py",
+)
 _FAMILIES = ("cli", "simulation.maneuvers")  # pages of entries, which only the table reads
 
-# Runs a program under a profiler and writes the files of the product with a function called while
-# no module is being imported. A module is being imported while a frame named <module> is on the
-# stack.
+# Runs a program under a profiler and writes file and first line of each function of the product that
+# is called while no module is being imported. A module is being imported while a frame named
+# <module> is on the stack.
 _PROFILE = """
 import json, os, runpy, sys, threading
 product, out, target = sys.argv[1:4]
 sys.argv = sys.argv[3:]
-files, depth = set(), {}
+called, depth = set(), {}
 def watch(frame, event, _):
     code, me = frame.f_code, threading.get_ident()
     if code.co_name == "<module>" and event in ("call", "return"):
         depth[me] = depth.get(me, 0) + (1 if event == "call" else -1)
     elif event == "call" and depth.get(me, 0) <= START.get(me, 0):
         if code.co_filename.startswith(product) and code.co_filename.endswith(".py"):
-            files.add(code.co_filename)
+            called.add((code.co_filename, code.co_firstlineno))
 START = {threading.get_ident(): 1}  # the program itself is a module as well
 threading.setprofile(watch)
 sys.setprofile(watch)
@@ -58,7 +63,7 @@ except SystemExit as end:
 finally:
     sys.setprofile(None)
     with open(out, "w", encoding="utf-8") as file:
-        json.dump(sorted(files), file)
+        json.dump(sorted(called), file)
 """
 
 
@@ -79,29 +84,48 @@ def statements_in(*places: Path) -> int:
 
     Docstrings and imports do not count: neither wider lines nor files pasted together change the sum.
     """
-    return sum(isinstance(n, ast.stmt) and not _is_free(n) for n in _nodes(*places))
+    return sum(_counts(node) for file in files_of(*places) for node in ast.walk(_tree(file)))
 
 
-def _nodes(*places: Path) -> Iterator[ast.AST]:
-    for file in files_of(*places):
-        yield from ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+def _tree(file: Path) -> ast.Module:
+    return ast.parse(file.read_text(encoding="utf-8"))
 
 
-def _is_free(statement: ast.stmt) -> bool:
-    if isinstance(statement, ast.Import | ast.ImportFrom):
-        return True
-    value = statement.value if isinstance(statement, ast.Expr) else None
-    return isinstance(value, ast.Constant) and isinstance(value.value, str)
+def _counts(node: ast.AST) -> bool:
+    """Whether a node is a statement, and neither an import nor a docstring."""
+    if not isinstance(node, ast.stmt) or isinstance(node, ast.Import | ast.ImportFrom):
+        return False
+    value = node.value if isinstance(node, ast.Expr) else None
+    return not (isinstance(value, ast.Constant) and isinstance(value.value, str))
 
 
-def numbers_in(*places: Path) -> int:
-    """Return how many numbers the syntax trees at or below some places hold.
+def numbers_in(*places: Path) -> Counter[str]:
+    """Return how many numbers the syntax trees at or below some places hold, by where they stand.
 
-    Every literal counts but 0, 1 and 2, those of fields and defaults included.
+    `constants` of a module, `fields` of a class, or in `functions`, defaults of arguments included.
+    Every literal counts but 0, 1 and 2.
     """
-    values = [node.value for node in _nodes(*places) if isinstance(node, ast.Constant)]
-    numbers = [v for v in values if isinstance(v, (int, float)) and not isinstance(v, bool)]
-    return sum(number not in (0, 1, 2) for number in numbers)
+    found: Counter[str] = Counter()
+    for file in files_of(*places):
+        _count_numbers(_tree(file), "constants", found)
+    return found
+
+
+def _count_numbers(node: ast.AST, owner: str, found: Counter[str]) -> None:
+    if isinstance(node, ast.FunctionDef | ast.Lambda):
+        owner = "functions"
+    elif isinstance(node, ast.ClassDef):
+        owner = "fields"
+    elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        found[owner] += node.value not in (0, 1, 2)
+    for child in ast.iter_child_nodes(node):
+        _count_numbers(child, owner, found)
+
+
+def fields_in(*places: Path) -> int:
+    """Return the fields that the classes at or below some places declare."""
+    classes = (n for f in files_of(*places) for n in ast.walk(_tree(f)) if type(n) is ast.ClassDef)
+    return sum(isinstance(line, ast.AnnAssign) for each in classes for line in each.body)
 
 
 def long_lines(*places: Path) -> int:
@@ -110,79 +134,91 @@ def long_lines(*places: Path) -> int:
     return sum(len(line) > WIDTH for lines in texts for line in lines)
 
 
-def judge_files() -> list[Path]:
-    """Return the files of `reconcile`: the reconciliation, its part of the bench, the own terms."""
-    judge = files_of(PRODUCT / "reconciliation")
-    return [*judge, *(PRODUCT / name for name in _BENCH_OF_THE_JUDGE)]
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """The functions of the product that a program entered: their files, their number and their
+    statements, each with its head and without docstring, imports and the functions inside it.
+    """
+
+    files: tuple[str, ...]
+    functions: int
+    statements: int
 
 
-def calibration_files() -> list[Path]:
-    """Return the files of a calibration: the package and the estimation, without legs and cards."""
-    every = files_of(PRODUCT / "calibration", PRODUCT / "estimation")
-    return [f for f in every if f.name not in _LEGS_AND_CARDS]
-
-
-_BENCH_OF_THE_JUDGE = (
-    "bench/flown_card.py",
-    "bench/fly_again.py",
-    "bench/null_cache.py",
-    "bench/null_flights.py",
-    "bench/workflow.py",
-    "bench/verdict_folder.py",
-    "bench/closing.py",
-    "models/aircraft_model.py",
-    "models/coefficients.py",
-    "models/identification.py",
-    "models/maneuver_model.py",
-    "models/sidpac.py",
-)
-_LEGS_AND_CARDS = (
-    "card_model.py",
-    "card_plan.py",
-    "card_slips.py",
-    "fly_by.py",
-    "hand_card.py",
-    "leg_methods.py",
-    "leg_points.py",
-)
-
-
-def entered(arguments: Sequence[str], folder: Path) -> list[str]:
-    """Run a program below a profiler in a folder; return the product's files that it enters.
+def reach(arguments: Sequence[str], folder: Path, product: Path = PRODUCT) -> Reach:
+    """Run a program below a profiler in a folder; return what it enters of the product.
 
     `arguments`: a script of this checkout or a module, then its own arguments. Raises
     CalledProcessError where the program cannot be started or fails.
     """
     out = folder / "entered.json"
-    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
-    program = [sys.executable, "-c", _PROFILE, str(PRODUCT), str(out), *arguments]
+    environment = os.environ | {"PYTHONPATH": str(product.parent)}
+    program = [sys.executable, "-c", _PROFILE, str(product), str(out), *arguments]
     subprocess.run(program, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
-    files = map(Path, json.loads(out.read_text(encoding="utf-8")))
-    return [file.relative_to(PRODUCT).as_posix() for file in files]
+    entered = {(Path(file), line) for file, line in json.loads(out.read_text(encoding="utf-8"))}
+    files = sorted({file for file, _ in entered})
+    sizes = [
+        size
+        for file in files
+        for line, size in _sizes_of_functions(_tree(file))
+        if (file, line) in entered
+    ]
+    names = tuple(file.relative_to(product).as_posix() for file in files)
+    return Reach(names, len(sizes), sum(sizes))
 
 
-def reach_of_jobs(folder: Path, reconcile: bool = True) -> dict[str, list[str]]:
-    """Return the files that each job enters, of a circle at 20/1 flown in a folder."""
-    (folder / "case.toml").write_text('maneuver = "circle"\n', encoding="utf-8")
-    jobs = {
-        "fly": ["pitotbench", "fly", "case.toml", "-o", "flight.csv"],
-        "calibrate": ["pitotbench", "calibrate", "flight.csv"],
-        "run_campaign.py": [str(ROOT / "scripts" / "run_campaign.py"), *_CAMPAIGN],
+def _sizes_of_functions(tree: ast.Module) -> Iterator[tuple[int, int]]:
+    """Yield the first line of each function, which is that of its first decorator, and its
+    statements.
+    """
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            first = min([node.lineno, *(each.lineno for each in node.decorator_list)])
+            yield first, 1 + sum(map(_own_statements, node.body))
+
+
+def _own_statements(node: ast.AST) -> int:
+    """Return the statements at and below a node. Those inside a function are its own."""
+    inside = [] if isinstance(node, ast.FunctionDef) else ast.iter_child_nodes(node)
+    return _counts(node) + sum(map(_own_statements, inside))
+
+
+def reach_of_jobs(folder: Path) -> dict[str, Reach]:
+    """Return what each job enters, of a circle at 20/1 in light turbulence flown in a folder.
+
+    `reconcile` takes the null flights of the card from the cache of this machine, and the first
+    time flies them into it. It finds no gap in such a log, so it does not fly the card again.
+    """
+    (folder / "case.toml").write_text(_CASE, encoding="utf-8")
+    return {
+        "fly": reach(["pitotbench", "fly", "case.toml", "-o", "flight.csv"], folder),
+        "calibrate": reach(["pitotbench", "calibrate", "flight.csv"], folder),
+        "reconcile": _reach_with_null_flights(["pitotbench", "reconcile", "flight.csv"], folder),
+        "run_campaign.py": reach([str(ROOT / "scripts" / "run_campaign.py"), *_CAMPAIGN], folder),
     }
-    if reconcile:
-        jobs["reconcile"] = ["pitotbench", "reconcile", "flight.csv", "--aircraft", "navajo"]
-    return {name: entered(arguments, folder) for name, arguments in jobs.items()}
 
 
+def _reach_with_null_flights(arguments: Sequence[str], folder: Path) -> Reach:
+    subprocess.run(
+        [sys.executable, "-m", *arguments], cwd=folder, check=True, stdout=subprocess.DEVNULL
+    )
+    return reach(arguments, folder)
+
+
+_CASE = """
+maneuver = "circle"
+turbulence = "light"
+
+[das]
+air_rate_hz = 20
+gps_rate_hz = 1
+"""
 _CAMPAIGN = ("--maneuver", "circle", "--das", "20/1", "--jobs", "1", "--out", "out")
 
 
-def behind(modules: Iterable[str]) -> int:
-    """Return how many modules of the product some modules import, directly or not, with these."""
-    import grimp
-
-    graph = grimp.build_graph("pitotbench")
-    return len({m for module in modules for m in (module, *graph.find_upstream_modules(module))})
+def packages() -> list[Path]:
+    """Return the packages of the product, sorted."""
+    return sorted(file.parent for file in PRODUCT.glob("*/__init__.py"))
 
 
 def with_one_reader() -> list[str]:
@@ -213,22 +249,16 @@ def documents() -> tuple[int, int, int, int]:
     return len(pages), words, size, readme
 
 
-PARTS: dict[str, Callable[[], list[Path]]] = {
-    "product": lambda: [PRODUCT],
-    "calibration without legs and cards": calibration_files,
-    "reconciliation with its bench": judge_files,
-    "logbook": lambda: [PRODUCT / "logbook"],
-    "show": lambda: [PRODUCT / "show"],
-    "cli": lambda: [PRODUCT / "cli"],
-}  # whose sizes are printed
-
-
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Print the figures of the house: sizes, files entered by each job, files behind it, documents."""
+    """Print the figures of the house: sizes, numbers, documents, statements entered by each job."""
     parser.parse_args(words)
-    print("statements and numbers:")
-    for name, places in PARTS.items():
-        print(f"  {name}: {statements_in(*places())}, {numbers_in(*places())}")
+    print(f"product: {statements_in(PRODUCT)} statements")
+    for package in packages():
+        print(f"  {package.name}: {statements_in(package)}")
+    deciding = numbers_in(*(PRODUCT / name for name in DECIDING))
+    print(f"numbers: {_told(numbers_in(PRODUCT))}")
+    print(f"  that decide an answer ({', '.join(DECIDING)}): {_told(deciding)}")
+    print(f"fields of records: {fields_in(PRODUCT)}")
     tests, lab_tests = lines_of(ROOT / "tests"), lines_of(ROOT / "tests" / "lab")
     print(f"laboratory: {lines_of(LABORATORY)} lines; its tests: {lab_tests} lines")
     print(f"tests of the product: {tests - lab_tests} lines")
@@ -237,8 +267,14 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     print(f"modules with one reader in the same folder: {len(alone)}: {', '.join(alone)}")
     pages, counted, size, readme = documents()
     print(f"docs: {pages} pages, {counted} words, {size / 1e6:.2f} MB; README {readme} bytes")
-    for job, modules in BEHIND.items():
-        print(f"files behind {job}: {behind(modules)}")
     with TemporaryDirectory() as folder:
-        for job, files in reach_of_jobs(Path(folder)).items():
-            print(f"files entered by {job}: {len(files)}")
+        for job, found in reach_of_jobs(Path(folder)).items():
+            print(
+                f"{job} enters {found.statements} statements of {found.functions} functions in "
+                f"{len(found.files)} files"
+            )
+
+
+def _told(numbers: Counter[str]) -> str:
+    places = ", ".join(f"{numbers[place]} {place}" for place in ("constants", "fields"))
+    return f"{numbers.total()}: {places}, {numbers['functions']} in functions"

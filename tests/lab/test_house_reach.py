@@ -1,15 +1,39 @@
-"""The files that a job enters, by a profiler: no more than a reader can hold."""
+"""What a job makes somebody read who changes it, by a profiler; and the room for new entries."""
 
 from pathlib import Path
 
+import pytest
+
 from pitotbench.campaigns.digests import _FLYING_CAMPAIGNS
-from pitotlab.house import reach_of_jobs
+from pitotlab.house import PRODUCT, reach_of_jobs, statements_in
 
-REACH = {"fly": 40, "calibrate": 63, "run_campaign.py": 78}  # files that a job enters
+# Statements of the functions that a job enters, on a circle at 20/1 in light turbulence. Each limit
+# is what the job entered when this gauge was made (1,103; 4,609; 5,565; 4,441) and 3 % of it: a
+# mended fault and a new entry of a table must fit. What needs more takes something out. The goals
+# are 4,000 for `calibrate` and 4,900 for `reconcile`; a limit moves down toward its goal and not up.
+ENTERED = {"fly": 1_136, "calibrate": 4_747, "reconcile": 5_732, "run_campaign.py": 4_574}
+# Statements of the packages with a table that others extend: what they had and 3 % of it, and in
+# `cli`, where a command is a file, 40 for one. A maneuver is 30, a reader 10, an effect 1 to 10.
+ROOM = {
+    "cli": 726,
+    "effects": 973,
+    "logbook": 3_081,
+    "pressure_error": 286,
+    "sensing": 229,
+    "simulation": 2_429,
+}
 
 
-def test_jobs_enter_no_more_files_than_a_reader_can_hold(tmp_path: Path) -> None:
+def test_a_job_enters_no_more_statements_than_its_limit(tmp_path: Path) -> None:
     """The campaigns' files in the digest are among those that a campaign enters."""
-    reach = reach_of_jobs(tmp_path, reconcile=False)
-    assert {job: files for job, files in reach.items() if len(files) > REACH[job]} == {}
-    assert set(_FLYING_CAMPAIGNS) <= set(reach["run_campaign.py"])
+    reached = reach_of_jobs(tmp_path)
+    assert reached.keys() == ENTERED.keys()
+    told = {job: each.statements for job, each in reached.items()}
+    assert {job: entered for job, entered in told.items() if entered > ENTERED[job]} == {}
+    assert min(told.values()) > 500  # a profile that sees nothing keeps every limit
+    assert set(_FLYING_CAMPAIGNS) <= set(reached["run_campaign.py"].files)
+
+
+@pytest.mark.parametrize("package", ROOM)
+def test_a_package_with_a_table_keeps_room_for_a_new_entry(package: str) -> None:
+    assert statements_in(PRODUCT / package) <= ROOM[package]

@@ -19,6 +19,7 @@ from pitotbench import (
     read_case,
     write_case,
 )
+from pitotbench.bench import planner
 from pitotbench.bench.card_search import best_card, free_numbers
 from pitotbench.bench.forecasts import known_noise_two_sigma, smooth_flight
 from pitotbench.bench.gusts import _dryden, gust_deviation, with_gusts
@@ -27,11 +28,19 @@ from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_si
 from pitotbench.campaigns.flights import sense, wind_toward
 from pitotbench.cli.app import BAD_INPUT, DONE, command_line, main
 from pitotbench.cli.plan import request_of
+from pitotbench.records.forecast import Forecast
 from pitotbench.sensing.sampling import has_velocity_down
-from pitotbench.show.plan import plan_advice, plan_columns, plan_json, remark
+from pitotbench.show.plan import (
+    LEG_COLUMNS,
+    plan_advice,
+    plan_columns,
+    plan_json,
+    plan_tree,
+    remark,
+)
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.sortie import fly
-from pitotbench.units import FOOT, KNOT
+from pitotbench.units import DEGREE, FOOT, KNOT
 
 # The law of the source study: what is claimed of its maneuvers is claimed with it.
 REQUEST = PlanRequest(
@@ -130,6 +139,77 @@ def test_the_table_tells_what_is_as_good_and_no_bound_in_fewer_minutes_than_a_ca
     longer = replace(twin, minutes=1.2 * circle.minutes)
     assert [remark(plan, each) for each in (circle, step)] == ["best", "best, no steep turn"]
     assert [remark(plan, each) for each in (twin, worse, longer)] == ["as good as the best", "", ""]
+
+
+def _forecast(name: str, minutes: float, bound_kt: float) -> Forecast:
+    speeds, bounds = np.array([100.0, 160.0]) * KNOT, np.full(2, bound_kt) * KNOT
+    made = 0.5, (9e3, 8e3), speeds, bounds, bounds, 0.01, np.zeros((2, 2))
+    return Forecast(name, {}, minutes, minutes, *made)
+
+
+def test_the_first_row_is_the_advice_and_each_time_has_one_number(monkeypatch):
+    """A circle of 6.2 min would be sooner at ±0.1 kt than the best card of at most 6 min."""
+    known = {
+        "circle": _forecast("circle", 6.2, 0.24),
+        "step_both_ways": _forecast("step_both_ways", 5.56, 0.26),
+        "rapid_decel": _forecast("rapid_decel", 4.8, 0.30),
+    }
+    monkeypatch.setattr(planner, "forecast", lambda request, maneuver: known[maneuver])
+    request = replace(REQUEST, maneuvers=tuple(known), minutes=6.0, want=0.1 * KNOT)
+    found = pitotbench.plan(request, search_flights=0)
+    first, _, last = found.forecasts
+    assert (first, last.maneuver) == (found.best, "circle")
+    _, for_want, sooner = plan_advice(found)[:3]
+    (time,) = (c for c in plan_columns(found) if c.heading == "time for them")
+    assert for_want.endswith(f"7 times: {time.text(first)} min.")
+    assert sooner == (
+        "The circle would take 37.2 min for it (6 of 6.2 min each), but one is longer than 6 min."
+    )
+    assert time.text(last) == "37.2"
+    assert remark(found, last) == "one is longer than 6 min"
+    assert len(plan_advice(replace(found, forecasts=found.forecasts[:2]))) == 2
+
+
+def test_time_in_the_air_is_that_recorded_where_nothing_is_left_out(plan):
+    circle, step = plan.forecasts
+    assert circle.elapsed_minutes == circle.minutes  # or 5.55 min is 5.6 and 5.5
+    assert step.elapsed_minutes >= step.minutes
+
+
+def test_short_legs_add_up_to_the_time_of_the_card(plan):
+    """A power step of 8 s is not briefed as one of 10 s."""
+    step = plan.forecasts[1]
+    briefed = sum(row["seconds"] for row in plan_json(replace(plan, best=step))["pilot_card"])
+    assert briefed == pytest.approx(sum(leg.seconds for leg in step.legs), rel=0.02)
+
+
+def test_an_improved_card_has_a_name_of_its_own(plan):
+    best = plan.best
+    improved = replace(best, card={"dwells_s": [60.0, 120.0, 60.0]}, two_sigma=0.8 * best.two_sigma)
+    found = replace(plan, improved=improved, gentle=None)
+    said = plan_advice(found)
+    assert said[0].startswith("Fly the decel circle: ")
+    assert said[1].startswith(
+        "Better by its card (dwells 60, 120, 60 s): fly the decel circle, improved"
+    )
+    (title,) = (n.text for n in plan_tree(found) if getattr(n, "text", "").startswith("The card"))
+    assert title == "The card for the pilot: decel circle, improved"
+
+
+def test_a_leg_of_more_than_a_turn_is_briefed_in_turns(plan):
+    """At 130 KCAS and 45° of bank 145 s are about three turns: the heading at the end tells no
+    number of them.
+    """
+    (turns,) = (c for c in LEG_COLUMNS if c.heading == "turns through")
+    said = [turns.text(leg) for leg in plan.forecasts[0].legs]
+    assert said[2].startswith("3 turns and ")
+    for leg in plan.forecasts[0].legs:
+        whole, _, rest = turns.text(leg).rpartition(" and ")
+        degrees = 360.0 * float(whole.split()[0] if whole else 0.0) + float(rest.rstrip("°"))
+        assert degrees == pytest.approx(leg.turned / DEGREE, abs=2.5)
+    level = replace(plan.forecasts[0].legs[0], bank=0.0)
+    assert turns.text(level) == "–"
+    assert turns.text(replace(level, bank=0.5, turned=2.0 * np.pi)) == "1 turn"
 
 
 def test_box_and_minutes_exclude_and_what_cannot_be_flown_is_said():

@@ -45,11 +45,16 @@ def plan(
         raise NoAnswerError(
             "no maneuver can be flown or determines the curve: " + "; ".join(refused.values())
         )
-    ranked = sorted(found, key=lambda each: plan_merit(request, each))
-    fitting = [each for each in ranked if each.fits(request.box)]
-    allowed = [
-        each for each in fitting if request.minutes is None or each.minutes <= request.minutes
-    ]
+    # What leaves the box or takes longer than the minutes comes last, so that the first is the best.
+    ranked = sorted(
+        found,
+        key=lambda each: (
+            not each.fits(request.box),
+            not each.ends_in(request.minutes),
+            plan_merit(request, each),
+        ),
+    )
+    allowed = [each for each in ranked if each.fits(request.box) and each.ends_in(request.minutes)]
     gentle = [each for each in allowed if each.steepest_bank <= GENTLE_BANK]
     best, improved, flights = allowed[0] if allowed else None, None, 0
     if best is not None and search_flights > 0 and free_numbers(best.maneuver):

@@ -68,6 +68,7 @@ def briefing_of(flight: Flight) -> tuple[BriefedLeg, ...]:
             bank=float(np.median(flight["roll"][rows])),
             heading=float(flight["heading"][rows[-1]]),
             airspeed=float(flight["calibrated_airspeed"][rows[-1]]),
+            turned=float(np.ptp(np.unwrap(flight["heading"][rows]))),
         )
         for label, rows in named
         if not label.startswith("settle")

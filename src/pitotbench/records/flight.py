@@ -47,7 +47,20 @@ class Flight:
         """The recorded time [s]. The set-up between speeds is flown but not recorded, and does not
         count.
         """
-        return len(self) * float(np.median(np.diff(self.channels["time"])))
+        return len(self) * self._step
+
+    @property
+    def elapsed(self) -> float:
+        """The time [s] from the first recorded sample through the last, with what lies between them
+        and is not recorded.
+        """
+        # In whole steps, as the recorded time: where nothing is left out both are one number.
+        return (round(float(np.ptp(self.channels["time"])) / self._step) + 1) * self._step
+
+    @property
+    def _step(self) -> float:
+        """The time [s] that a sample stands for."""
+        return float(np.median(np.diff(self.channels["time"])))
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,8 @@ _SLACK = 1e-9  # of a count of whole flights: what rounding may take from it
 @dataclass(frozen=True, slots=True)
 class BriefedLeg:
     """A leg as it stands on the card of its pilot: what it is, how long it takes [s], its bank
-    [rad], positive to the right, and at its end the heading [rad] and the airspeed [m/s].
+    [rad], positive to the right, and at its end the heading [rad] and the airspeed [m/s]. `turned`
+    is the angle through which it turns [rad], with its whole circles.
     """
 
     what: str
@@ -26,6 +27,7 @@ class BriefedLeg:
     bank: float
     heading: float
     airspeed: float
+    turned: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +82,10 @@ class Forecast:
     def times_for(self, want: float) -> int:
         """How often the card is to be flown for a 2σ [m/s] of at most `want`."""
         return max(1, ceil((self.mean / want) ** 2 - _SLACK))
+
+    def ends_in(self, minutes: float | None) -> bool:
+        """Whether the card is flown once within the minutes, if any are given."""
+        return minutes is None or self.minutes <= minutes
 
     def fits(self, box: float | None) -> bool:
         """Whether the recorded ground track fits into a square box of a side [m]."""

@@ -16,8 +16,8 @@ from pitotbench.show.tree import (
     Sentence,
     Table,
 )
-from pitotbench.show.words import words
-from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
+from pitotbench.show.words import name_and_unit, with_unit, words
+from pitotbench.units import DEGREE, KNOT, MINUTE, NAUTICAL_MILE
 
 
 def plan_advice(plan: Plan) -> list[str]:
@@ -33,6 +33,7 @@ def plan_advice(plan: Plan) -> list[str]:
             f"For ±{plan.want / KNOT:g} kt (2σ) fly it {times} time{'s' if times > 1 else ''}: "
             f"{times * plan.best.minutes:.1f} min."
         )
+        lines += _sooner(plan, plan.best, plan.want)
     if plan.gentle is not None and plan.gentle is not plan.best:
         lines.append(
             "The forecast for steep turns assumes that the pressure error does not depend on the "
@@ -40,7 +41,10 @@ def plan_advice(plan: Plan) -> list[str]:
             f"Without steep turns, fly the {_forecast_words(plan, plan.gentle)}."
         )
     if plan.improved is not None:
-        lines.append(f"Improved card: fly the {_forecast_words(plan, plan.improved)}.")
+        changed = ", ".join(map(_entry_words, *zip(*plan.improved.card.items(), strict=True)))
+        lines.append(
+            f"Better by its card ({changed}): fly the {_forecast_words(plan, plan.improved)}."
+        )
     elif plan.flights_searched:
         lines.append(
             f"The search flew {plan.flights_searched} other cards of it; none is better by more "
@@ -49,12 +53,39 @@ def plan_advice(plan: Plan) -> list[str]:
     return lines
 
 
+def _sooner(plan: Plan, best: Forecast, want: float) -> list[str]:
+    """Which maneuver would give the wanted bound in less time, were one of it not longer than the
+    minutes of the request.
+    """
+    others = (f for f in plan.forecasts if f.fits(plan.box) and not f.ends_in(plan.minutes))
+    first = min(others, key=lambda f: f.times_for(want) * f.minutes, default=best)
+    times = first.times_for(want)
+    if times * first.minutes >= best.times_for(want) * best.minutes:
+        return []
+    return [
+        f"The {card_name(plan, first)} would take {times * first.minutes:.1f} min for it ({times} "
+        f"of {first.minutes:.1f} min each), but one is longer than {plan.minutes:g} min."
+    ]
+
+
+def _entry_words(key: str, value: Any) -> str:
+    """An entry of a card: `dwells 3, 3 s`."""
+    noun, unit = name_and_unit(key)
+    values = value if isinstance(value, list | tuple) else [value]
+    return f"{noun} {with_unit(', '.join(f'{each:.3g}' for each in values), unit)}"
+
+
+def card_name(plan: Plan, each: Forecast) -> str:
+    """The name of a card: that of its maneuver, of the one that the search found `…, improved`."""
+    return words(each.maneuver) + (", improved" if each is plan.improved else "")
+
+
 def _forecast_words(plan: Plan, each: Forecast) -> str:
     """What a maneuver gives in the minutes of the request, flown as often as it fits."""
     times = each.times_in(plan.minutes)
     often = f", {times} times" if times > 1 else ""
     return (
-        f"{words(each.maneuver)}{often}: ±{each.within(plan.minutes) / KNOT:.3f} kt (2σ, mean over "
+        f"{card_name(plan, each)}{often}: ±{each.within(plan.minutes) / KNOT:.3f} kt (2σ, mean over "
         f"the curve) in {times * each.minutes:.1f} min"
     )
 
@@ -97,7 +128,7 @@ def plan_columns(plan: Plan) -> list[Column[Forecast]]:
         Column("", lambda each: each.mean / each.widening / KNOT, key="known_noise_two_sigma_kt"),
         Column(f"±2σ in {minutes or COMPARED_MINUTES:g} min", in_minutes, "kt", ".3f"),
         Column(wanted, times, style="d", key="flights_for_want"),
-        Column(wanted and "time for them", minutes_for_want, "min", ".0f", "minutes_for_want"),
+        Column(wanted and "time for them", minutes_for_want, "min", ".1f", "minutes_for_want"),
         Column(
             "ground N–S",
             lambda each: each.extent[0] / NAUTICAL_MILE,
@@ -122,8 +153,8 @@ def remark(plan: Plan, each: Forecast) -> str:
     """Why a maneuver is chosen, or why it cannot be."""
     if not each.fits(plan.box):
         return "leaves the box"
-    if plan.minutes is not None and each.minutes > plan.minutes:
-        return "takes longer"
+    if not each.ends_in(plan.minutes):
+        return f"one is longer than {plan.minutes:g} min"
     if each is plan.best:
         return "best"
     if each is plan.gentle:
@@ -178,20 +209,38 @@ def _bank_words(bank: float) -> str:
     return f"{abs(bank):.0f}° {'right' if bank > 0.0 else 'left'}" if bank else "level"
 
 
+def _seconds(leg: BriefedLeg) -> float:
+    """The time of a leg [s] as a watch is read: that of a short one in whole seconds."""
+    return _round(leg.seconds) if leg.seconds > 4.0 * _ROUND else float(round(leg.seconds))
+
+
+def _turn_words(leg: BriefedLeg) -> str | None:
+    """The angle of a banked leg in whole turns and degrees: `3 turns and 70°`."""
+    turns, degrees = divmod(_round(leg.turned, DEGREE), 360.0)
+    if not _round(leg.bank, DEGREE):
+        return None
+    whole = f"{turns:.0f} turn{'s' if turns > 1 else ''}" if turns else ""
+    return " and ".join(filter(None, (whole, f"{degrees:.0f}°" if degrees or not turns else "")))
+
+
 LEG_COLUMNS: tuple[Column[BriefedLeg], ...] = (
     Column("leg", lambda leg: leg.what, key="leg"),
     Column("heading", lambda leg: _round(leg.heading, DEGREE) % 360.0, "°", "03.0f", "heading_deg"),
     Column("KCAS", lambda leg: _round(leg.airspeed, KNOT), "", ".0f", "calibrated_airspeed_kt"),
     Column("bank", lambda leg: _bank_words(_round(leg.bank, DEGREE))),
     Column("", lambda leg: _round(leg.bank, DEGREE), key="bank_deg"),
-    Column("time", lambda leg: _round(leg.seconds), "s", ".0f", "seconds"),
+    Column("turns through", _turn_words, optional=True),
+    Column("", lambda leg: leg.turned / DEGREE, key="turned_deg"),
+    Column("time", _seconds, "s", ".0f", "seconds"),
 )
 
 
-def pilot_card(maneuver: str, legs: Sequence[BriefedLeg]) -> list[Node]:
-    """The card of a maneuver for the pilot who flies it by hand; nothing without legs."""
-    title = f"The card for the pilot: {words(maneuver)}"
-    return [Heading(title, (Sentence(_BRIEFING), Table(LEG_COLUMNS, legs)))] if legs else []
+def pilot_card(name: str, legs: Sequence[BriefedLeg]) -> list[Node]:
+    """The card of a name for the pilot who flies it by hand; nothing without legs."""
+    minutes = sum(map(_seconds, legs)) / MINUTE
+    lines = (_BRIEFING, f"The legs take {minutes:.1f} min, without the time to settle.")
+    title = f"The card for the pilot: {name}"
+    return [Heading(title, (*map(Sentence, lines), Table(LEG_COLUMNS, legs)))] if legs else []
 
 
 def _briefed(plan: Plan) -> list[Forecast]:
@@ -207,7 +256,7 @@ def plan_tree(plan: Plan) -> list[Node]:
         Figure("pitotbench.show.plan_panels.plan_panels", (plan,)),
         Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
-        *(n for each in _briefed(plan) for n in pilot_card(each.maneuver, each.legs)),
+        *(n for each in _briefed(plan) for n in pilot_card(card_name(plan, each), each.legs)),
         Heading("How to read this", (*map(Sentence, _READING),), SOURCES),
     ]
 

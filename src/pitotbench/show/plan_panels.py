@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.forecast import Forecast, Plan
+from pitotbench.show.plan import card_name
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
@@ -173,7 +174,7 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
         height = min([each.mean / KNOT, *(line * h for h in near)])
         lowest.append((right, each.minutes, height))
         axes.annotate(
-            each.maneuver.replace("_", " ") + (", improved" if each is plan.improved else ""),
+            card_name(plan, each),
             (each.minutes, each.mean / KNOT),
             xytext=((1.03 if right else 0.97) * each.minutes, height),
             ha="left" if right else "right",

@@ -97,7 +97,7 @@ def account_tree(account: Account) -> list[Node]:
             if clearest
             else []
         ),
-        *pilot_card(account.following, account.legs),
+        *pilot_card(words(account.following), account.legs),
         *_closed(account),
         *_added(account),
         *_flights(account),

@@ -6,8 +6,10 @@ import signal
 import stat
 import subprocess
 import sys
+import tempfile
 import zipfile
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -26,7 +28,7 @@ from pitotbench.browser.desk import Desk
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
 from pitotbench.browser.words import state_of
-from pitotbench.browser.work import FLAGS, Found, Request, find_flights, reduce_legs
+from pitotbench.browser.work import FLAGS, Found, Request, draft, find_flights, reduce_legs
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
 from pitotbench.cli.app import command_line
@@ -309,6 +311,76 @@ def test_a_newer_choice_gives_an_older_question_up() -> None:
     asyncio.run(run())
 
 
+class Prepared(Recorder):
+    """Children that tell of each drop what is prepared; of the first one late, where that is asked."""
+
+    def __init__(self, late: bool, *drops: Any) -> None:
+        super().__init__()
+        self.late, self.drops = late, iter(drops)
+
+    async def ask(self, *question: Any) -> AsyncIterator[Any]:
+        if question[0] == find_flights:
+            reply, late, self.late = next(self.drops), self.late, False
+            await asyncio.sleep(0.1 * late)
+            yield reply
+        elif question[0] == draft:
+            yield "draft", DRAFT
+        else:
+            yield "answer", f"of {question[1].logs[0].name}"
+
+
+DRAFT = [("theirs", ("ours", "kt"), 1.0, "", "1, 2")]
+STRANGE = FlightSummary("b.csv", "no known names", strange=True)
+LAST = {  # what is told of the last drop, and what the page then says
+    "a log": (("found", (found("b.csv"),)), ("", "of b.csv", [])),
+    "refused": (("found", (found("b.csv", "empty"),)), ("b.csv: not read: empty", None, [])),
+    "not opened": (("refusal", "a bomb"), ("b.csv: not read: a bomb", None, [])),
+    "unknown names": (
+        ("found", (replace(found("b.csv"), flight=STRANGE),)),
+        ("b.csv: not read: no known names", None, DRAFT),
+    ),
+}
+
+
+@pytest.mark.parametrize("late", [False, True])
+@pytest.mark.parametrize(("reply", "said"), LAST.values(), ids=LAST)
+def test_the_page_shows_what_was_dropped_last(reply: Any, said: Any, late: bool) -> None:
+    """Not an answer of before beside a file that it is not of, nor that of a file that was read
+    late.
+    """
+
+    async def run() -> None:
+        first = ("found", (found("a.csv"),))
+        desk = Desk(Store(), Prepared(late, first, reply))  # type: ignore[arg-type]
+        for name in ("a.csv", "b.csv"):
+            path = desk.store.new_path(name, name)
+            assert path is not None
+            path.touch()
+            desk.add_drop(name)
+            await asyncio.sleep(0.0 if late else 0.1)
+        await asyncio.sleep(0.2)
+        assert (desk.refusal, desk.answer, desk.draft) == said
+        desk.close()
+
+    asyncio.run(run())
+
+
+def test_of_one_drop_a_log_that_is_read_is_shown() -> None:
+    async def run() -> None:
+        drops = ("found", (found("a.csv"),)), ("refusal", "a bomb")
+        desk = Desk(Store(), Prepared(False, *drops))  # type: ignore[arg-type]
+        for name in ("a.zip", "b.zip"):
+            path = desk.store.new_path(name, "one")
+            assert path is not None
+            path.touch()
+        desk.add_drop("one")
+        await asyncio.sleep(0.2)
+        assert (desk.refusal, desk.answer) == ("", "of a.csv")
+        desk.close()
+
+    asyncio.run(run())
+
+
 def test_the_desk_outlives_the_tab() -> None:
     """A tab that comes back asks for the state: it holds the choices, as texts alone."""
 
@@ -539,6 +611,36 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
     assert asked.file_name("-card-kt.csv") == "my log-from-1m00-to-2m00-card-kt.csv"
 
 
+LEFT = """
+from pitotbench.browser.uploads import Store
+store = Store()
+store.write("flight.csv", "a,b")
+print(store.known[0].path, flush=True)
+input()
+"""
+
+
+def test_what_a_killed_page_left_goes_when_the_next_one_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    served = Store()
+    kept = served.write("served.csv", "a,b").path
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", LEFT], env=environment, **pipes) as process:
+        assert process.stdout is not None
+        left = Path(process.stdout.readline().decode().strip())
+        Store().close()
+        assert left.is_file()  # it runs
+        process.kill()
+    assert left.is_file()
+    Store().close()
+    assert kept.is_file()
+    assert [*tmp_path.iterdir()] == [kept.parents[1]]
+    served.close()
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="this system has no such signal")
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_files_are_deleted_when_the_page_is_ended_by_a_signal(name: str, tmp_path: Path) -> None:
@@ -552,6 +654,34 @@ def test_files_are_deleted_when_the_page_is_ended_by_a_signal(name: str, tmp_pat
         process.send_signal(getattr(signal, name))
         process.wait(120)
     assert not list(tmp_path.glob("pitotbench-*"))
+
+
+NAMES = "indicated_airspeed_kt,pressure_altitude_ft,air_temperature_degc,ground_speed_kt,track_deg"
+GROUND = "ground_speed_kt,track_deg"
+NO_LEGS = {
+    "blanks": (NAMES, "80,3000,12,93,0\n80 3000 12 93 0\n80,3000,12,93,0", "row 2 has 1 columns"),
+    "semicolons": (NAMES, "80,3000,12;5,93,0", "row 1: '12;5' is not a number"),
+    "commas": (NAMES, "80,,3000,12,93,0", "row 1 has 6 columns"),
+    "units": (NAMES, "80 kt,3 km,12 C,93 kt,0 W\n80,3000,12,93,0", "row 1: '80 kt' is not"),
+    "quotes": (f'"{NAMES.replace(",", " ")}"', '"80  3000  12  93  0"', "missing columns"),
+    "a mark": (f'{NAMES}\n"', "80,3000,12,93,0", "no row below"),
+    "no legs": (NAMES, "", "no row below"),
+    "a word": (GROUND, "93 at,0", "row 1: '93 at' is not a number"),
+    "a blank": (GROUND, "93,", "row 1: a number is missing"),
+    "one number": (GROUND, "93\n93,0", "row 1 has 1 columns"),
+    "three numbers": (f"{GROUND},more", "93,0,1", "got 1"),
+    "speeds alone": ("ground_speed_kt", "93", "missing column track_deg"),
+}
+
+
+@pytest.mark.parametrize(("names", "row", "words"), NO_LEGS.values(), ids=NO_LEGS)
+def test_typed_legs_that_are_none_are_refused_in_one_sentence(
+    names: str, row: str, words: str, tmp_path: Path
+) -> None:
+    card = tmp_path / "legs.csv"
+    card.write_text(f"{names}\n{row}\n", encoding="utf-8")
+    with pytest.raises(BadInputError, match=words):
+        reduce_legs(lambda *_: None, card, "")
 
 
 def test_the_command_of_typed_legs_states_the_accuracy_of_the_page(tmp_path):

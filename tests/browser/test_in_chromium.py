@@ -294,10 +294,14 @@ def test_a_log_of_unknown_names_is_read_by_its_edited_draft(
     strange.write_text("\n".join(lines[head:]) + "\n", encoding="utf-8")
     theirs = log.read_text(encoding="utf-8").splitlines()[head].split(",")
     browser.choose_files([strange])
-    browser.until("state.flights.rows.length === 2 && !state.status")
-    browser.run("document.querySelectorAll('#flights button')[1].click()")
     draft = browser.until("state.chosen[0] === 1 && !state.status && state.draft")
     assert [row[0] for row in draft["rows"]] == lines[head].split(",")
+    # Nothing of the flight before stands beside the draft.
+    shown = (
+        "document.getElementById('told').textContent + document.getElementById('rest').textContent"
+    )
+    assert browser.run(shown) == ""
+    assert browser.run("document.getElementById('flight').hidden")
     quantity, _, unit = theirs[1].rpartition("_")
     browser.run(
         "(() => { const inputs = document.querySelectorAll('#columns tbody tr')[1].querySelectorAll('input');"
@@ -325,6 +329,9 @@ def test_names_from_outside_are_text(browser: Browser, tmp_path: Path) -> None:
     assert evil.name in browser.run("document.getElementById('flights').innerText")
     assert browser.run("document.querySelectorAll('img').length") == 0
     assert browser.run("document.title") == "pitotbench"
+    browser.run("document.querySelectorAll('#flights button')[0].click()")
+    browser.until("state.chosen[0] === 0")
+    browser.answered()
 
 
 def test_the_page_asks_no_other_host_and_breaks_no_rule(dropped: Browser, served: Served) -> None:
@@ -384,3 +391,17 @@ def test_one_curve_from_several_logs_is_that_of_the_command(
         json.loads(download(browser, "json")), command("calibrate", *parts), strict=True
     ):
         same(one, other)
+
+
+def test_a_file_that_is_no_log_leaves_no_answer_of_another(
+    dropped: Browser, tmp_path: Path
+) -> None:
+    picture = tmp_path / "cat.png"
+    picture.write_bytes(b"no log")
+    dropped.drop([picture])
+    dropped.until("state.chosen.length === 0 && !state.status")
+    assert "cat.png: no log" in dropped.run("document.getElementById('uploads').textContent")
+    assert dropped.run("document.getElementById('told').textContent") == ""
+    dropped.run("document.querySelectorAll('#flights button')[0].click()")
+    dropped.until("state.chosen[0] === 0")
+    dropped.answered()

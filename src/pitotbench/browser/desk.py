@@ -44,6 +44,8 @@ class Desk:
         self.leave_out = False  # what is brushed
         self.legs: Plain | None = None
         self._card: NamedFile | None = None
+        self._drops = 0
+        self._shown = (0, False)  # the drop whose file is chosen, and whether that was read
         self._tasks: dict[asyncio.Task[None], str] = {}  # what runs, in words
         self._answering: asyncio.Task[None] | None = None
         self._clear()
@@ -93,13 +95,18 @@ class Desk:
 
     def add_drop(self, drop: str) -> None:
         """Look into the files of a drop that has arrived."""
+        self._drops += 1
         names = self.store.names(drop)
         alone = {path for path in names if path.suffix == ZIP or len(names) == 1}
         for place in sorted({path if path in alone else path.parent for path in names}):
             self.add(place, {path.name: name for path, name in names.items()})
 
     def add(self, place: Path, names: dict[str, str]) -> None:
-        """Look for flights in a file, a folder or a .zip file. `names` as for `find_flights`."""
+        """Look for flights in a file, a folder or a .zip file. `names` as for `find_flights`.
+
+        What came last is chosen, be it read or refused; of one drop a log that is read.
+        """
+        drop = self._drops
         shown = names.get(place.name) or names.get("") or f"{len(names)} files"
         self.store.known.append(NamedFile(place, shown))
 
@@ -109,12 +116,14 @@ class Desk:
             places = range(len(self.found), len(self.found) + len(reply))
             self.found += reply
             self.store.known += [each.log for each in reply]
-            read = [i for i in places if not self.found[i].flight.refusal]
-            strange = [i for i in places if self.found[i].flight.strange]
             for each in [i for i in places if self.found[i].handbook]:
                 self.compare(each)
-            if read or (strange and self.answer is None):
-                self.choose((read or strange)[:1])
+            logs = [i for i in places if not self.found[i].handbook]
+            read = [i for i in logs if not self.found[i].flight.refusal]
+            strange = [i for i in logs if self.found[i].flight.strange]
+            if logs and (drop, bool(read)) >= self._shown:
+                self._shown = (drop, bool(read))
+                self.choose((read or strange or logs)[:1])
 
         self._ask(f"reading {shown}", then, find_flights, place, names, self.store.new_folder())
 
@@ -141,7 +150,7 @@ class Desk:
         for each in refused[:1]:
             self.refusal = str(each.flight)
             if each.flight.strange:
-                self._ask("drafting a mapping", self._heard, draft, each.log)
+                self._answering = self._ask("drafting a mapping", self._heard, draft, each.log)
         self.tell()
 
     def compare(self, place: int) -> None:

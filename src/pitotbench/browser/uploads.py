@@ -1,8 +1,11 @@
 """Files that come through the page: streamed into a private folder, under names that we give."""
 
+import sqlite3
+from contextlib import suppress
 from http import HTTPStatus
 from itertools import count
 from pathlib import Path
+from shutil import rmtree
 from tempfile import TemporaryDirectory
 from urllib.parse import unquote
 
@@ -12,18 +15,32 @@ from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.logbook.bundle import ZIP
 from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
 from pitotbench.logbook.mapping import find_mapping, shipped
+from pitotbench.records import BadInputError
+from pitotbench.records.outputs import lock
 
 MOST_BYTES = 500 << 20  # of a file
 ENDINGS = tuple(dict.fromkeys((*READ_ONLY, *FORMATS, *TOPIC_READERS, ZIP)))
 _MOST_FILES = 10_000  # of one visit
+_PREFIX, _LOCK, _FOLDER = "pitotbench-page-", "lock.sqlite", "own"
+_SWEPT = 10.0  # s that another server may hold our lock, to see whether it is free
 _LONGEST = 200  # letters of a name that are shown
 
 
 class Store:
-    """A private folder for files, one folder a drop. It is deleted at the end."""
+    """A private folder for files, one folder a drop. It is deleted at the end; that of a server
+    that was killed, whose lock is free, when the next one starts.
+    """
 
     def __init__(self) -> None:
-        self._own = TemporaryDirectory(prefix="pitotbench-")  # only its owner may enter
+        self._own = TemporaryDirectory(prefix=_PREFIX)  # only its owner may enter
+        place = Path(self._own.name)
+        try:
+            self._lock = lock(place / _LOCK, wait=_SWEPT)
+        except sqlite3.Error as error:
+            raise BadInputError(
+                f"{place}: {error}; set TMPDIR to a folder that can be locked"
+            ) from error
+        _sweep(place)
         self._drops: dict[str, Path] = {}  # their folders
         self.known: list[NamedFile] = []
         self._numbers = count(1)
@@ -62,7 +79,7 @@ class Store:
 
     def new_folder(self) -> Path:
         """Return a folder that does not exist yet."""
-        return Path(self._own.name) / f"own{next(self._numbers)}"
+        return Path(self._own.name) / f"{_FOLDER}{next(self._numbers)}"
 
     def write(self, name: str, text: str) -> NamedFile:
         """Write a text of ours, such as a mapping, under a name of ours."""
@@ -74,7 +91,20 @@ class Store:
 
     def close(self) -> None:
         """Delete the folder."""
+        self._lock.close()
         self._own.cleanup()
+
+
+def _sweep(own: Path) -> None:
+    """Delete the folders beside ours that hold files and whose lock is free: a server writes no
+    file before it holds its lock.
+    """
+    for file in own.parent.glob(f"{_PREFIX}*/{_LOCK}"):
+        folder = file.parent
+        with suppress(OSError, sqlite3.Error):
+            if folder.lstat().st_uid == own.stat().st_uid and [*folder.glob(f"{_FOLDER}*")]:
+                lock(file).close()
+                rmtree(folder)
 
 
 def ending_of(name: str) -> str:

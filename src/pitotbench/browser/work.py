@@ -309,11 +309,12 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
     """Tell the answer of the legs of a card (CSV), as `pitotbench fixed-speed` gives it; of one
     with ground speeds and tracks alone the true airspeed and the wind.
     """
+    import numpy as np
+
     from pitotbench.calibration.hand_card import reduce_card
     from pitotbench.calibration.leg_methods import fixed_speed
     from pitotbench.calibration.options import accuracies_of, parse_accuracies
-    from pitotbench.logbook.csv import read_csv
-    from pitotbench.logbook.points_table import is_points_table, read_points
+    from pitotbench.logbook.points_table import is_points_table, read_ground_legs, read_points
     from pitotbench.show.legs import card_tree, legs_json, legs_tree
     from pitotbench.show.renderers import plain_of
     from pitotbench.units import DEGREE, KNOT
@@ -324,10 +325,11 @@ def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
         )
         typed = ["legs.csv", *(["--accuracy", accuracy] if accuracy else [])]
     else:
-        speeds, tracks = read_csv(path).columns
-        found = fixed_speed(speeds * KNOT, tracks * DEGREE)
+        speeds, tracks = map(np.array, read_ground_legs(path))
+        found = fixed_speed(speeds, tracks)
         nodes = legs_tree(legs_json(found))
-        one, other = (",".join(f"{value:g}" for value in each) for each in (speeds, tracks))
+        stated = (speeds / KNOT, tracks / DEGREE)
+        one, other = (",".join(f"{value:g}" for value in each) for each in stated)
         typed = [f"--ground-speed-kt={one}", f"--track-deg={other}"]
     tell(
         "legs",

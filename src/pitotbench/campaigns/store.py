@@ -29,6 +29,7 @@ from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_columns, write_case
 from pitotbench.records.flight import Score
+from pitotbench.records.outputs import lock
 from pitotbench.show.markup import Section
 from pitotbench.units import KNOT
 from pitotbench.version import version_of
@@ -59,15 +60,10 @@ class ResultStore:
     def __enter__(self) -> "ResultStore":
         """Take the lock and clear what a killed driver left. Raises BadInputError where another
         driver holds it.
-
-        SQLite takes it from the system, which frees it when this process ends, however it ends.
         """
         try:
             (self.folder / _SCRATCH).mkdir(parents=True, exist_ok=True)
-            lock = sqlite3.connect(self.folder / LOCK, timeout=0.0, isolation_level=None)
-            lock.execute(
-                "BEGIN IMMEDIATE"
-            )  # nothing is ever written, so a full disk can be locked too
+            held = lock(self.folder / LOCK)
         except OSError as error:
             raise StoreError(
                 f"{self.folder}: cannot be made: {error.strerror}; choose another --out"
@@ -81,7 +77,7 @@ class ResultStore:
                 f"{self.folder / LOCK}: cannot be locked: {error}; delete it, it holds no result, "
                 "or choose another --out"
             ) from error
-        self._locks[self.folder] = lock
+        self._locks[self.folder] = held
         owner = {"host": socket.gethostname(), "process": os.getpid(), "since": time.time()}
         with suppress(OSError):  # a full disk: the lock holds all the same
             (self.folder / OWNER).unlink(missing_ok=True)  # writing into a pipe would wait

@@ -55,6 +55,7 @@ _QUANTITIES = (
     "ground_speed",
     "track",
 )
+_OF_GROUND = _QUANTITIES[3:]
 _FLY_BY_STEPS = {
     "indicated_airspeed": KNOT,
     "pressure_altitude": 10.0 * FOOT,
@@ -111,6 +112,15 @@ def read_points(path: Path) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
     return tuple(CardLeg(**row, by_heading=by_heading) for row in rows), ReadingSteps(**steps)
 
 
+def read_ground_legs(path: Path) -> tuple[list[float], list[float]]:
+    """Return the ground speeds [m/s] and the tracks [rad] of legs of which a file states no more.
+
+    Raises BadInputError as `read_points` does.
+    """
+    rows, _ = _read(path, _OF_GROUND, COLUMNS[-2:], asdict(USUAL_STEPS))
+    return [row["ground_speed"] for row in rows], [row["track"] for row in rows]
+
+
 def read_fly_bys(path: Path) -> tuple[tuple[FlyBy, ...], dict[str, float]]:
     """Return the passes of a card of tower fly-bys, and the step [SI] in which each quantity was
     read, by name.
@@ -161,6 +171,10 @@ def _rows(
                 "airplane measures; correct it or remove the row"
             )
     count = len(table)
+    if any(cell[:1].isdigit() for cell in table.units):
+        raise BadInputError(f"row 1: {table.units[0]!r} is not a number; write numbers alone")
+    if not count:
+        raise BadInputError("there is no row below the line of names; write a row a leg")
     configurations = (
         _labels(CONFIGURATION, table.column(CONFIGURATION))
         if CONFIGURATION in table.names
@@ -168,7 +182,7 @@ def _rows(
     )
     if POINT in table.names:
         points = _labels(POINT, table.column(POINT))
-    elif "ground_speed" in quantities:
+    elif quantities == _QUANTITIES:
         points = _by_airspeed(values["indicated_airspeed"], configurations)
     else:
         points = [str(i + 1) for i in range(count)]

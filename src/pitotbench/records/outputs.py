@@ -7,9 +7,13 @@ from contextlib import contextmanager
 from os.path import abspath
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import TYPE_CHECKING
 from uuid import uuid4
 
 from pitotbench.records import BadInputError
+
+if TYPE_CHECKING:
+    import sqlite3
 
 PAGES = (".html", ".htm")
 
@@ -85,6 +89,21 @@ def _require_takes_files(folder: Path, path: Path) -> None:
         raise BadInputError(
             f"{path}: cannot be written: {reason}; choose another folder"
         ) from error
+
+
+def lock(path: Path, wait: float = 0.0) -> "sqlite3.Connection":
+    """Take the lock of a file, which is made, and hold it until the connection is closed or this
+    process ends, however it ends. Raises sqlite3.Error where another holds it for `wait` [s].
+    """
+    import sqlite3  # loads with the first lock
+
+    held = sqlite3.connect(path, timeout=wait, isolation_level=None)
+    try:
+        held.execute("BEGIN IMMEDIATE")  # nothing is ever written: a full disk can be locked too
+    except sqlite3.Error:
+        held.close()
+        raise
+    return held
 
 
 @contextmanager

@@ -139,6 +139,7 @@ async function sendAll(pairs) {
     }
   }
   if (arrived) await act({ what: "arrived", drop });
+  else if (at("uploads").children.length) await act({ what: "choose", places: [] });
 }
 
 const zone = document.documentElement;
@@ -339,7 +340,7 @@ function show(text) {
   // What stands before the picture in the tree, and its first doubt, are seen before all pictures.
   const picture = told.findIndex((node) => node.main);
   const early = told.filter((node, place) => picture < 0 || place < picture || node.first);
-  if (answer || !state.status) tell("told", early);
+  if (answer || state.refusal || !state.status) tell("told", early);
   const there = state.command !== "";
   at("flight").hidden = at("pair").hidden = !there;
   if (!there) at("more").hidden = true;

@@ -189,3 +189,15 @@ def test_the_size_of_a_block_does_not_matter(calm, monkeypatch, static_error):
     parts = model.predict(theta_for(model), calm)
     for name in ("indicated", "jacobian", "impact_pressure", "true_airspeed", "slope"):
         np.testing.assert_allclose(getattr(parts, name), getattr(whole, name), rtol=1e-13, atol=0.0)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "step"), [(60, 85, 1), (60, 120, 2), (60, 200, 5), (100, 400, 10)]
+)
+def test_the_points_of_a_curve_are_round_and_as_close_as_thirty_two_allow(low, high, step):
+    points = prediction.curve_airspeeds(np.linspace(low, high, 10_000) * KNOT) / KNOT
+    np.testing.assert_allclose(np.diff(points), step)
+    np.testing.assert_allclose(points / step, np.round(points / step), atol=1e-9)
+    assert abs(points[0] - low) < 2.0
+    assert abs(points[-1] - high) < 2.0
+    assert len(points) <= 32

@@ -54,6 +54,17 @@ def test_foreign_units_become_si(read):
     assert "warnings" not in log.header
 
 
+@pytest.mark.parametrize("name", ["impact_pressure_pa", "total_pressure_pa"])
+def test_an_airspeed_does_not_replace_a_pressure(name, read):
+    table = sample.columns()
+    impact = table.pop("impact_pressure_pa")
+    static = table["static_pressure_pa"] if name == "total_pressure_pa" else 0.0
+    shown = np.linspace(50.0, 99.0, len(impact))  # m/s, of another instrument
+    log = read({**table, name: impact + static, "indicated_airspeed_mps": shown})
+    np.testing.assert_allclose(log.impact_pressure, impact, atol=1e-9)
+    assert "display" not in log.header
+
+
 def test_total_pressure_serves_for_impact_pressure_and_the_latter_goes_before(read):
     table = sample.columns()
     impact, total = table.pop("impact_pressure_pa"), table["static_pressure_pa"] + 3000.0

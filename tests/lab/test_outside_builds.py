@@ -41,7 +41,7 @@ def _answer(error, bound, wind, warnings=()):
     north, east = (SimpleNamespace(value=v * KNOT, two_sigma=0.5 * KNOT) for v in wind)
     found = SimpleNamespace(north=north, east=east)
     said = {
-        "warnings": [Caution(words, "temperature") for words in warnings],
+        "warnings": [Caution(words, "prior", "temperature_k") for words in warnings],
         "disagreements": (),
         "usable": True,
     }
@@ -58,7 +58,7 @@ def test_an_answer_is_held_against_the_truth_where_it_was_flown():
     assert errors_of["z3"] == pytest.approx(np.mean([0.2, -0.3]) / 0.2)  # 130 kt
     assert errors_of["worst"] == pytest.approx(1.5)
     said = [errors_of[name] for name in ("warned", "headline", "codes", "says")]
-    assert said == [1.0, 0.0, "temperature", "it is warm"]
+    assert said == [1.0, 0.0, "prior temperature_k", "it is warm"]
     no_wind = _answer(error, 0.4, (0.0, 0.0))
     no_wind.wind = None
     assert np.isnan(builds.errors_of(no_wind, TRUTH)["wind_inside"])
@@ -135,7 +135,9 @@ def test_two_builds_stand_side_by_side_on_the_logs_that_both_have():
         _row(1, two_sigma_kt=0.3),
         _row(2, two_sigma_kt=0.3),
         replace(_row(3), outcome="refused"),
-        _row(1, kind="probe_5k", two_sigma_kt=1.2, headline=1.0, codes="height samples"),
+        _row(
+            1, kind="probe_5k", two_sigma_kt=1.2, headline=1.0, codes="height, prior temperature_k"
+        ),
     ]
     lines, below = builds.compared(first, second)
     table = {line[0]: dict(zip(lines[0], line, strict=True)) for line in lines[1:]}
@@ -149,7 +151,7 @@ def test_two_builds_stand_side_by_side_on_the_logs_that_both_have():
     assert below[0].startswith("base, 1: wrong 2 of 3 (20.8 to 93.9 %)")
     assert table["circle"]["n 1"] == "3"  # no probes
     said = next(line for line in below if line.startswith("probe_5k, 2"))
-    assert said.endswith("said: height 1, samples 1")
+    assert said.endswith("said: height 1, prior temperature_k 1")
     with pytest.raises(BadInputError, match="twice"):
         builds.compared([_row(1), _row(1)], second)
 

@@ -36,6 +36,7 @@ from pitotlab.outside.physics import KNOT, Array
 from pitotlab.outside.written import TRUTH
 
 Z_AT = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the range of airspeeds
+CODES = ", "  # between two
 WRONG_BELOW = 0.5  # share of the curve inside its bound
 WRONG_BY = 2.0  # of its bound
 RANKS = 10  # classes of the test of ranks
@@ -67,7 +68,7 @@ class BuildRow:
     headline: float = NAN  # 1 where two findings disagree
     usable: float = NAN  # 0 where the answer says not to use it
     cpu_s: float = NAN
-    codes: str = ""  # of the checks that warn, and the kinds of the disagreements
+    codes: str = ""  # of the checks that warn, with their columns, and kinds of the disagreements
     says: str = ""  # warnings and disagreements, or why there is no answer
 
 
@@ -127,8 +128,11 @@ def errors_of(found: Any, truth: Mapping[str, Any]) -> dict[str, Any]:
         "warned": float(bool(found.warnings)),
         "headline": float(bool(found.disagreements)),
         "usable": float(found.usable),
-        "codes": " ".join(
-            sorted({w.code for w in found.warnings} | {d.kind for d in found.disagreements})
+        "codes": CODES.join(
+            sorted(
+                {f"{w.code} {w.column}".strip() for w in found.warnings}
+                | {each.kind for each in found.disagreements}
+            )
         ),
         "says": " | ".join(told),
     }
@@ -274,7 +278,7 @@ def _said_of(rows: Sequence[BuildRow]) -> str:
         for low, high in [wilson(count, len(rows))]
     ]
     inside = f"inside {text_of(100.0 * _mean(rows, 'inside'), 1)} ± {text_of(spread, 1)} %"
-    codes = Counter(code for row in rows for code in row.codes.split())
+    codes = Counter(code for row in rows for code in row.codes.split(CODES) if code)
     said = ", ".join(f"{code} {count}" for code, count in codes.most_common()) or "nothing"
     return ", ".join([*intervals, inside, ranks_of(rows), f"said: {said}"])
 

@@ -242,13 +242,18 @@ _LIFT, _LOSS = 0.06, 0.04  # of q_c, at the lowest airspeed
 FAULTS: dict[str, Cell] = {
     cell.name: cell
     for cell in (
-        _CIRCLE("smoothed", "the receiver smooths over 2 s", gps_filter=2.0, named="smooth"),
+        _CIRCLE(
+            "smoothed",
+            "the receiver smooths over 2 s",
+            gps_filter=2.0,
+            named="smoothed|filter|means",
+        ),
         Cell(
             "means",
             "the recorder stores means of 5 s",
             maneuvers=("circle",),
             shown=(partial(means, seconds=5.0),),
-            named="smooth",
+            named="smoothed|filter|means",
         ),
         _CIRCLE(
             "lift",
@@ -256,7 +261,7 @@ FAULTS: dict[str, Cell] = {
             bank=float(np.radians(45.0)),
             source=partial(draw_lifting, lift=_LIFT),
             lift=_LIFT,
-            named="lift",
+            named="lift|load factor",
         ),
         _CIRCLE(
             "loss",
@@ -297,7 +302,7 @@ FAULTS: dict[str, Cell] = {
             "height_off",
             "an air-data computer that corrects its altitude by 5 % of q_c",
             drawn=draw_side,
-            named="height|altitude",
+            named=r"(height|altitude)[^|]* kt",
         ),
         _SLOW(
             "climbs_20k",

@@ -145,6 +145,22 @@ def test_the_level_curve_of_a_fault_is_its_truth():
         assert np.max(np.abs(off[turning])) > 0.1
 
 
+def test_a_receiver_that_smooths_trails_in_its_velocity_and_where_it_says_so_in_its_height(faults):
+    """A lag of the first order trails a slow change by its time."""
+    for name, of_height in (("smoothed", 2.0), ("smoothed_velocity", 0.0)):
+        state, columns = faults[name].state, faults[name].columns
+        twin = replace(FAULTS[name], log_rate=RATE, gps_filter=0.0, height_late=0.0)
+        exact = generate(twin, "circle", SEED).columns  # with the same noise
+        for channel, true, trails in (
+            ("velocity_north_mps", state.ground_velocity[:, 0], 2.0),
+            ("altitude_m", state.height, of_height),
+        ):
+            shown = columns[channel] - exact[channel] + true
+            shifts = [np.interp(state.time - late, state.time, true) for late in (0.0, 1.0, 2.0)]
+            apart = [np.std((shown - each)[100:-100]) for each in shifts]
+            assert np.argmin(apart) == trails, (name, channel)
+
+
 def test_a_probe_that_is_warm_when_slow_is_right_when_fast(faults):
     flight, twin = faults["warm_slow"], replace(FAULTS["warm_slow"], log_rate=RATE, probe_warm=0.0)
     right = generate(twin, flight.maneuver, SEED).columns

@@ -248,6 +248,13 @@ FAULTS: dict[str, Cell] = {
             gps_filter=2.0,
             named="smoothed|filter|means",
         ),
+        _CIRCLE(
+            "smoothed_velocity",
+            "the same, and its height is in time",
+            gps_filter=2.0,
+            height_late=-2.0,
+            named="smoothed|filter|means",
+        ),
         Cell(
             "means",
             "the recorder stores means of 5 s",

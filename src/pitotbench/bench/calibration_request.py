@@ -110,11 +110,14 @@ def calibrate_request(
         asked.choices(),
         asked.published(),
         first=first,
+        names=[each.name for each in files],
         **choices,
     )
-    names = {each.path.name: each.name for each in files}
     made = found[0].calibration.provenance
-    inputs = tuple(replace(each, name=names.get(each.name, each.name)) for each in made.inputs)
+    named = tuple(
+        replace(each, name=file.name) for each, file in zip(made.inputs, files, strict=False)
+    )
+    inputs = (*named, *made.inputs[len(files) :])  # the logs are the first of the sources
     provenance = replace(made, inputs=inputs)
     return tuple(
         replace(each, calibration=replace(each.calibration, provenance=provenance))

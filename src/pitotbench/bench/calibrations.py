@@ -76,18 +76,21 @@ def calibrate_each(
     published: tuple[PublishedCurve, ...] = (),
     known: "Known | None" = None,
     first: Callable[[tuple[CalibratedFlight, ...]], object] | None = None,
+    names: Sequence[str] = (),
     **choices: Any,
 ) -> tuple[CalibratedFlight, ...]:
     """Calibrate each flight of the logs as `calibrate` does, with what contradicts its curve.
 
+    A flight that several logs hold counts once, with the first of them as its place, and says so.
     `sources` are the files of the logs and `flags` further choices, for the record; `published` are
-    the curves of a handbook; `known` and `first` are as for `calibrate_flights`. Raises as
-    `calibrate` does.
+    the curves of a handbook; `known` and `first` are as for `calibrate_flights`; `names` are those
+    of the logs, where the sources do not tell them. Raises as `calibrate` does.
     """
     from pitotbench.calibration import calibrate_flights
     from pitotbench.calibration.fit_checks import with_points
     from pitotbench.calibration.flown_tracks import one_sided
     from pitotbench.calibration.leg_points import cross_check
+    from pitotbench.logbook.same_flight import distinct, recorders_notices
 
     if options is not None and choices:
         raise BadInputError("give either options or keywords, not both")
@@ -97,7 +100,21 @@ def calibrate_each(
             choices[each.name] = value
     chosen = options_of(logs, mapping, **choices)
     settings = settings_of(chosen, choices, advice_of(logs, mapping))
-    made = provenance_of(sources, [*settings, *flags])
+    files = list(sources)
+    made = provenance_of(files, [*settings, *flags])
+    called = names or names_of([given for _, given, log in files if log is not None], len(logs))
+    once = distinct(logs, called)
+    kept = [called[place] for place in once.first]
+    notices = (*once.notices, *recorders_notices(once.logs, kept))
+
+    def as_given(flight: CalibratedFlight) -> CalibratedFlight:
+        found = flight.calibration
+        return replace(
+            flight,
+            calibration=replace(found, warnings=(*found.warnings, *notices)),
+            place=once.first[flight.place],
+            leader=once.first[flight.leader],
+        )
 
     def checked(flight: CalibratedFlight) -> CalibratedFlight:
         found = flight.calibration
@@ -110,9 +127,23 @@ def calibrate_each(
             one_sided=one_sided(flight.log, whole),
             provenance=made,
         )
-        return replace(flight, calibration=whole)
+        return as_given(replace(flight, calibration=whole))
 
-    return tuple(map(checked, calibrate_flights(logs, chosen, known, first)))
+    def told(flights: tuple[CalibratedFlight, ...]) -> None:
+        if first is not None:
+            first(tuple(map(as_given, flights)))
+
+    found = calibrate_flights(once.logs, chosen, known, None if first is None else told)
+    return tuple(map(checked, found))
+
+
+def names_of(given: Sequence[OneLog], count: int) -> list[str]:
+    """Return the names of logs in notices: of a path that of the file, else the number."""
+    named = dict(enumerate(given))
+    return [
+        Path(each).name if isinstance(each := named.get(n), str | Path) else f"log {n + 1}"
+        for n in range(count)
+    ]
 
 
 def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from pitotbench.bench.calibrations import OneLog, Source, calibrate_each, sources_of
+from pitotbench.bench.calibrations import OneLog, Source, calibrate_each, names_of, sources_of
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.campaigns.fleet import progress
 from pitotbench.logbook.checks import airplane_of
 from pitotbench.logbook.columns import MAPPING, PARAMETERS
+from pitotbench.logbook.same_flight import distinct, recorders_notices
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import CalibratedFlight, PublishedCurve
 from pitotbench.records.log import Caution, Choice, FlightLog
@@ -80,15 +81,33 @@ def calibrate_folder(
     report(f"{len(given)} logs, {len(found)} with an answer")
     if not found:
         raise BadInputError(f"none of its logs has an answer: {'; '.join(left_out[:_SHOWN])}")
-    by_height = [each for each in found if not any(key[0] == id(each.log) for key in known)]
-    common = [each for each in found if each not in by_height]
-    if len(common) > 1 and not separately and not _differ_in_recorder(common):
-        flights = fit([(each.given, each.log) for each in common])
-        found = [
+    by_height = {id(each) for each in found if not any(key[0] == id(each.log) for key in known)}
+    common = [each for each in found if id(each) not in by_height]
+    places = distinct([each.log for each in found], _names(found)).places
+    groups = [
+        [each for each, at in zip(found, places, strict=True) if at == place]
+        for place in range(max(places) + 1)
+    ]
+    if common and not separately and not _differ_in_recorder(common):
+        groups = [common, *(own for own in groups if id(own[0]) in by_height)]
+    answers = list[FolderAnswer[T]]()
+    for own in groups:
+        if len(own) == 1:
+            answers += own
+            continue
+        flights = fit([(each.given, each.log) for each in own])
+        answers += [
             replace(each, flights=tuple(flight for flight in flights if flight.place == place))
-            for place, each in enumerate(common)
-        ] + by_height
-    return [_warned(each, left_out) for each in found] if left_out else found
+            for place, each in enumerate(own)
+        ]
+    first = [own[0] for own in groups]
+    apart = recorders_notices([each.log for each in first], _names(first), together=False)
+    cautions = (*apart, *_left_out(left_out))
+    return [_warned(each, cautions) for each in answers] if cautions else answers
+
+
+def _names(answers: Sequence[FolderAnswer[T]]) -> list[str]:
+    return names_of([each.given for each in answers], len(answers))
 
 
 def _differ_in_recorder(answers: Sequence[FolderAnswer[T]]) -> bool:
@@ -100,18 +119,22 @@ def _differ_in_recorder(answers: Sequence[FolderAnswer[T]]) -> bool:
     return len(kinds) > 1
 
 
-def _warned(answer: FolderAnswer[T], left_out: Sequence[str]) -> FolderAnswer[T]:
-    more = f" and {len(left_out) - _SHOWN} more" if len(left_out) > _SHOWN else ""
-    warning = Caution(
-        f"logs without an answer: {'; '.join(left_out[:_SHOWN])}{more}", "logs left out"
-    )
+def _left_out(words: Sequence[str]) -> tuple[Caution, ...]:
+    if not words:
+        return ()
+    more = f" and {len(words) - _SHOWN} more" if len(words) > _SHOWN else ""
+    text = f"logs without an answer: {'; '.join(words[:_SHOWN])}{more}"
+    return (Caution(text, "logs left out"),)
+
+
+def _warned(answer: FolderAnswer[T], cautions: Sequence[Caution]) -> FolderAnswer[T]:
     return replace(
         answer,
         flights=tuple(
             replace(
                 each,
                 calibration=replace(
-                    each.calibration, warnings=(*each.calibration.warnings, warning)
+                    each.calibration, warnings=(*each.calibration.warnings, *cautions)
                 ),
             )
             for each in answer.flights

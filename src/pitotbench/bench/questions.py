@@ -13,6 +13,7 @@ from pitotbench.bench.calibrations import (
     flatten,
     logs_of,
     model_sources,
+    names_of,
     options_of,
     provenance_of,
     published_of,
@@ -72,6 +73,7 @@ def calibrate(
     Source: Martos, Kiszely and Foster (2011) for the problem; `docs/method.md` for the methods.
     """
     from pitotbench.calibration.flights import of_one_log
+    from pitotbench.logbook.same_flight import distinct
 
     published = published_of(handbook)
     given = flatten(logs)
@@ -91,9 +93,10 @@ def calibrate(
     flights = calibrate_each(
         read, options, mapping, sources_of("log", logs, read), published=published, **choices
     )
+    once = distinct(read, names_of(given, len(read)))
     found = tuple(
-        of_one_log(log, [each for each in flights if each.place == place])
-        for place, log in enumerate(read)
+        of_one_log(once.logs[at], [each for each in flights if each.place == once.first[at]])
+        for at in once.places
     )
     return found if isinstance(logs, list | tuple) else found[0]
 

@@ -16,6 +16,7 @@ from pitotbench.effects import FORMULAS
 from pitotbench.effects.effect import Effect
 from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.logbook.columns import write_text
+from pitotbench.logbook.same_flight import distinct, recorders
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.models.coefficients import measured_coefficients
 from pitotbench.models.maneuver_model import air_model
@@ -283,7 +284,9 @@ def reconcile_fully(
     """
     say = progress or (lambda text: None)
     several = [measured] if isinstance(measured, NamedLog) else measured
-    logs = [replace(each, card=each.card or card) for each in several]
+    logs, notices = _each_flight_once([replace(e, card=e.card or card) for e in several], holdout)
+    for notice in notices:
+        say(notice)
     other = holdout.log if holdout else None
     judged_logs, judged = judge_logs(
         logs, aircraft, other, progress=progress, setting=setting, keep=keep
@@ -328,12 +331,43 @@ def reconcile_fully(
         ),
         telling=clearest_channel(block, part, over_time) if has_gap else None,
         calibration=calibration_change(block.layout, fit) if verdict.kind in SURE else None,
-        warnings=reported_warnings([*logs, *([holdout] if holdout else [])], verdict),
+        warnings=(
+            *notices,
+            *reported_warnings([*logs, *([holdout] if holdout else [])], verdict),
+        ),
         coefficients=coefficients_along(aircraft, shown, verdict.gaps),
         following=following,
         legs=briefing(aircraft, following),
     )
     return FullReconciliation(tuple(judged_logs), judged, account, patch)
+
+
+def _each_flight_once(
+    logs: Sequence[NamedLog], holdout: NamedLog | None
+) -> tuple[list[NamedLog], tuple[Caution, ...]]:
+    """The logs without those that hold a flight once more, and what is said of these.
+
+    Raises BadInputError for two recorders of one flight, whose gaps are one evidence and not two,
+    and for a holdout that is no other flight.
+    """
+    flights = [log for each in logs if isinstance(log := each.log, FlightLog)]
+    if len(flights) < len(logs):  # maneuvers, which are never joined with logs
+        return list(logs), ()
+    found = distinct(flights, [each.name for each in logs])
+    kept = [
+        replace(logs[place], log=log) for place, log in zip(found.first, found.logs, strict=True)
+    ]
+    every = [*kept, *([holdout] if holdout and isinstance(holdout.log, FlightLog) else [])]
+    measured = [log for each in every if isinstance(log := each.log, FlightLog)]
+    names = [each.name for each in every]
+    if again := distinct(measured, names).notices:
+        raise BadInputError(f"{again[0]}; hold out another flight")
+    for i, j in recorders(measured):
+        raise BadInputError(
+            f"two recorders wrote one flight, {names[i]} and {names[j]}, and what both see is one "
+            "evidence: reconcile each alone"
+        )
+    return kept, found.notices
 
 
 REPORTED_FROM = 0.02  # probability from which another term of a formula is reported

@@ -17,6 +17,7 @@ from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, 
 from pitotbench.calibration.result import assemble
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.checks import flights_in, require_one_airplane
+from pitotbench.logbook.same_flight import overlap, recorders
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import (
     CalibratedFlight,
@@ -26,7 +27,7 @@ from pitotbench.records.calibration import (
     WindEstimate,
 )
 from pitotbench.records.log import Caution, FlightLog
-from pitotbench.units import Array, MetersPerSecond
+from pitotbench.units import KNOT, Array, MetersPerSecond
 
 _DISAGREE = 0.01  # probability of so much disagreement by chance: below it there is a warning
 
@@ -206,13 +207,38 @@ def reduce_flights(
 
     A log is cut where its recording pauses for more than five minutes. A flight that determines no
     answer by itself, such as a taxi or a leg on one heading, is left out where two others remain;
-    else the log is reduced as one flight.
+    else the log is reduced as one flight. Where two recorders wrote one flight, each log has a
+    curve of its own, and they share the wind.
 
     What `known` holds of a log with these options is not fitted again, and what is fitted is put
     there. Raises as `reduce_log` does.
     """
     require_one_airplane(logs)
-    rows = {id(log): observe(log, options) for log in logs}
+    fitted: Known = {} if known is None else known
+    places = range(len(logs))
+    several = [[place] for place in places] if recorders(logs) else [list(places)]
+    curves = [_of_one_curve(logs, own, options, fitted) for own in several]
+    parts = [part for own in curves for part, *_ in own]
+    if len(parts) == 1:
+        return [_flight(parts[0], parts[0].found[1], 1)]
+    winds = iter(_with_winds_of_flights(parts, [r for own in curves for _, r, _ in own]))
+    found = []
+    for own in curves:
+        joint = assemble_together([(next(winds), airspeeds) for *_, airspeeds in own])
+        found += [
+            replace(_flight(part, calibration, len(own)), leader=own[0][0].place)
+            for (part, *_), calibration in zip(own, joint, strict=True)
+        ]
+    return found
+
+
+def _of_one_curve(
+    logs: Sequence[FlightLog], places: Sequence[int], options: CalibrationOptions, known: "Known"
+) -> list[tuple[_Part[tuple[Reduction, Calibration]], Reduction, MetersPerSecond | None]]:
+    """The flights of the logs at some places with the answer that they have together, and the
+    indicated airspeeds [m/s] that all cover; None for those of a single flight.
+    """
+    rows = {id(logs[place]): observe(logs[place], options) for place in places}
     scale = scale_of([*rows.values()])
 
     def reduce(log: FlightLog) -> tuple[Reduction, Calibration]:
@@ -221,23 +247,76 @@ def reduce_flights(
         require_useful(alone)
         return reduction, alone
 
-    fitted = {} if known is None else known
     parts = list[_Part[tuple[Reduction, Calibration]]]()
-    for place, log in enumerate(logs):
-        key = id(log), scale
-        if key not in fitted:
-            fitted[key] = _parts(log, 0, reduce)
-        parts += [replace(part, place=place) for part in fitted[key]]
+    for place in places:
+        key = id(logs[place]), scale
+        if key not in known:
+            known[key] = _parts(logs[place], 0, reduce)
+        parts += [replace(part, place=place) for part in known[key]]
     if len(parts) == 1:
-        return [_flight(parts[0], parts[0].found[1], 1)]
-    joint = assemble_together(join([part.found[0] for part in parts]))
+        return [(parts[0], parts[0].found[0], None)]
+    joint = join([part.found[0] for part in parts])
+    return [(part, *answer) for part, answer in zip(parts, joint, strict=True)]
+
+
+_ONE_SPAN = 0.9  # of two recordings in common, from which on both met the same mean wind
+
+
+def _with_winds_of_flights(
+    parts: Sequence[_Part[Any]], single: Sequence[Reduction]
+) -> list[Reduction]:
+    """Give each recorder of a flight the mean wind of the one that knows it best.
+
+    Two recorders meet the same gusts, so that their errors are not independent: the better wind
+    stands for both, and their mean would pretend to more. The better answer stays as it is.
+    """
+    spans = [float(part.log.time[-1] - part.log.time[0]) for part in parts]
+    others: list[list[int]] = [[n] for n in range(len(parts))]
+    for i, j in recorders([part.log for part in parts]):
+        if overlap(parts[i].log, parts[j].log) > _ONE_SPAN * max(spans[i], spans[j]):
+            others[i].append(j)
+            others[j].append(i)
+    known = [_wind_of(each) for each in single]
+    best = [min(own, key=lambda n: float(np.trace(known[n][1]))) for own in others]
     return [
-        _flight(part, calibration, len(parts))
-        for part, calibration in zip(parts, joint, strict=True)
+        each if own == n else _with_wind(each, *known[own])
+        for n, (each, own) in enumerate(zip(single, best, strict=True))
     ]
 
 
-def assemble_together(joint: Sequence[tuple[Reduction, MetersPerSecond]]) -> list[Calibration]:
+def _wind_of(each: Reduction) -> tuple[Array, Array]:
+    """The mean wind of a reduction, (2,), and its covariance, (2, 2)."""
+    first = each.model.error_count
+    axes = slice(first, first + 2)
+    return each.answer.mean[axes], each.answer.covariance[axes, axes]
+
+
+def _with_wind(each: Reduction, wind: Array, covariance: Array) -> Reduction:
+    """The reduction with another mean wind, and what follows from it for all other unknowns; as it
+    is, with a warning, where its own wind contradicts that one.
+    """
+    own, spread = _wind_of(each)
+    offset = wind - own
+    chance = float(chdtrc(2, offset @ _inverse(spread + covariance) @ offset))
+    if chance < _DISAGREE:
+        text = (
+            f"the recorders disagree about the wind by {np.hypot(*offset) / KNOT:.1f} kt: each "
+            "keeps its own; compare their velocities and airspeeds"
+        )
+        return replace(
+            each, warnings=(*each.warnings, Caution(text, "flights disagree", size=chance))
+        )
+    answer, axes = each.answer, slice(each.model.error_count, each.model.error_count + 2)
+    gains = answer.covariances[:, :, axes] @ np.linalg.inv(answer.covariances[:, axes, axes])
+    means = answer.means + np.einsum("mpa,ma->mp", gains, wind - answer.means[:, axes])
+    change = covariance - answer.covariances[:, axes, axes]
+    known = answer.covariances + gains @ change @ np.swapaxes(gains, 1, 2)
+    return replace(each, answer=Posterior(answer.weights, means, known))
+
+
+def assemble_together(
+    joint: Sequence[tuple[Reduction, MetersPerSecond | None]],
+) -> list[Calibration]:
     """Assemble the Calibration of each reduction with the joint answer; all have one band for the
     whole curve.
     """

@@ -147,7 +147,7 @@ def run(options: argparse.Namespace) -> int:
     own = {each.name: each.flight.calibration for each in found if each.own_curve}
     curves = len({each.file for each in found if each.own_curve})
     for name, path in (("--card", options.card), ("--record", options.record)):
-        _require_one_curve(name, 1 if path is None or not bundled else curves)
+        _require_one_curve(name, 1 if path is None else curves)
     first = found[0].flight.calibration
     if options.report or options.record:
         from pitotbench.show.pages import calibration_record, flights_page

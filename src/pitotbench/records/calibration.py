@@ -496,7 +496,8 @@ class CalibratedFlight:
 
     `place` is the index of the log among those given. `number` counts the flights of the log from
     1, `count` is how many it holds; both are 1 where the log was reduced as one. `joined` is the
-    number of flights, of all logs, that share the curve.
+    number of flights, of all logs, that share the curve, and `leader` the index of the first log
+    of these.
     """
 
     log: FlightLog
@@ -505,3 +506,4 @@ class CalibratedFlight:
     number: int = 1
     count: int = 1
     joined: int = 1
+    leader: int = 0

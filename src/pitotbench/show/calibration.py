@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pitotbench.logbook.same_flight import COUNTED_ONCE
 from pitotbench.records.calibration import (
     AutopilotSettings,
     CalibratedFlight,
@@ -120,12 +121,13 @@ class NamedFlight:
     @property
     def own_curve(self) -> bool:
         """Whether the flight is the first of those that share its curve, or has one of its own."""
-        return self.flight.joined == 1 or (self.flight.place == 0 and self.flight.number == 1)
+        each = self.flight
+        return each.joined == 1 or (each.place == each.leader and each.number == 1)
 
 
 def flight_lines(flight: CalibratedFlight) -> list[str]:
-    """Which flight of its log a calibration is of, and with how many it shares the curve, in at
-    most one line.
+    """Which flight of its log a calibration is of, with how many it shares the curve, and which logs
+    are of this flight, in a line each.
     """
     sentences = []
     if flight.count > 1:
@@ -134,7 +136,8 @@ def flight_lines(flight: CalibratedFlight) -> list[str]:
         sentences.append(f"flight {flight.number} of {flight.count} in the log, {begin} to {end}")
     if flight.joined > 1:
         sentences.append(f"one curve from {flight.joined} flights, the wind of this one")
-    return ["; ".join(sentences)] if sentences else []
+    same = [str(each) for each in flight.calibration.warnings if _code(each) == COUNTED_ONCE]
+    return [*(["; ".join(sentences)] if sentences else []), *same]
 
 
 _ASSUMED = (
@@ -143,14 +146,18 @@ _ASSUMED = (
 )
 
 
-_READ = ("log", "faulty rows", "flight left out", "own curves", "display steps")
+_READ = ("log", "faulty rows", "flight left out", "own curves", "display steps", COUNTED_ONCE)
+
+
+def _code(warning: str) -> str:
+    return getattr(warning, "code", "")
 
 
 def is_doubt(warning: str) -> bool:
     """Whether a warning tells of what may move the answer, not only how the log was read; one
     without a code does.
     """
-    return getattr(warning, "code", "") not in _READ
+    return _code(warning) not in _READ
 
 
 def headline(result: Calibration) -> list[str]:

@@ -15,18 +15,21 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.models.aircraft_model import aircraft_model
+from pitotbench.reconciliation.equations import noise_of_log
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.null_distribution import Measure, theoretical_distribution
 from pitotbench.reconciliation.other_flights import hold_out
 from pitotbench.reconciliation.patches import patch_of_effects
-from pitotbench.reconciliation.regression import Found, Member, fit_gaps
-from pitotbench.reconciliation.signatures import cause_of, returns
-from pitotbench.reconciliation.verdict import judge, may_be_form
+from pitotbench.reconciliation.regression import Found, Member, _at_single, fit_gaps
+from pitotbench.reconciliation.signatures import cause_of, residual_change, returns
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.reconciliation.verdict import _all_flights, _answer, judge, may_be_form
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Verdict
 from pitotbench.show.verdict import verdict_json
+from pitotbench.units import INCH_OF_MERCURY
 
 FEW = ("belly_pod", "inclined_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")
 
@@ -62,6 +65,56 @@ def test_an_answer_needs_a_cell_or_an_effect_beyond_those_of_null_flights(
     told = (verdict.kind, [effect.name for effect in verdict.effects])
     assert told == ((pod.kind, [e.name for e in pod.effects]) if stands_out else ("no_gap", []))
     assert any("stands out" in note for note in verdict.notes) == (not stands_out)
+
+
+def test_what_is_told_passes_the_one_map_and_can_be_seen(laid_out, pod):
+    """Other gusts than those of the card, beside a pod."""
+    gusts = Measure(-3.0, 0.1)
+    null = replace(theoretical_distribution(laid_out), flights=8, gust_level=gusts)
+    verdict = judge(["flight"], [laid_out], [null]).verdict
+    told = {cause.name: cause.probability for gap in verdict.gaps for cause in gap.causes}
+    assert "turbulence_level" in told
+    for gap in verdict.gaps:
+        assert sum(cause.probability for cause in gap.causes) <= gap.probability + 1e-9
+        assert gap.probability <= THRESHOLDS.told_near
+    (unseen,) = [note for note in verdict.notes if note.startswith("cannot be seen")]
+    assert not [name for name in told if name in unseen.split(": ")[1].split(", ")]
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.9989, True), (0.97, False)])
+def test_a_name_is_told_by_the_probability_that_is_told(laid_out, share, named):
+    fitted = fit_gaps([laid_out], [theoretical_distribution(laid_out)])
+    forms = {"belly_pod": share, "mass": 0.9999 - share}
+    gaps = tuple(replace(gap, forms=forms) for gap in fitted.gaps)
+    shown, _ = _all_flights(["flight"], fitted)
+    verdict = _answer(replace(fitted, gaps=gaps), shown, [])
+    assert [gap.named for gap in verdict.gaps] == [named]
+    assert verdict.kind == ("named" if named else "one_of")
+
+
+def test_a_bent_throttle_pickup_moves_the_engines_of_the_force_meter(laid_out):
+    """The meter runs the engines on the recorded throttles: a wrong one is a wrong pressure."""
+    reference = laid_out.reference
+    moved = residual_change(
+        EFFECTS["throttle_pickup"], reference, EFFECTS["throttle_pickup"].typical()
+    )
+    for side in ("left", "right"):
+        column = moved[:, reference.channel(f"manifold_pressure_{side}")]
+        assert np.abs(column).max() > 0.1 * INCH_OF_MERCURY
+
+
+def test_a_strong_sensor_effect_is_taken_out_before_the_others_are_computed(sensed):
+    """Else the signatures of the others are those of a track that the effect bent."""
+
+    def tracks(*effects: str):
+        layout = lay_out(sensed(*effects, das="20/20"), None, AnalysisSetting(day_known=True))
+        single = _at_single(layout, noise_of_log(layout))
+        return (each.reference.clean["total_pressure"] for each in (layout, single))
+
+    true, same = tracks()
+    assert np.array_equal(true, same)
+    bent, mended = tracks("pitot_lag")
+    assert np.std(mended - true) < 0.3 * np.std(bent - true)
 
 
 def judged(log: FlightLog) -> Verdict:

@@ -126,7 +126,7 @@ def test_a_small_gap_is_found_beside_one_of_seventeen_hundred_sigma() -> None:
     along = {LAG: 1700.0 * AXES[0], LATE: 30.0 * AXES[1], POD: 100.0 * AXES[2]}
     gaps, left = fitted(along, along[LAG] + along[LATE] + NOISE, [AXES[3]])
     assert names(gaps) == ["pitot_lag", "gps_latency"]
-    assert all(max(gap.forms.values()) > THRESHOLDS.named_from for gap in gaps)
+    assert all(max(gap.forms.values()) > 0.999 for gap in gaps)
     assert all(gap.held_out > 0.9 for gap in gaps)
     assert left.log_bayes_factor < THRESHOLDS.gap_bayes_factor
 
@@ -229,6 +229,19 @@ def test_what_a_form_leaves_open_is_in_the_sizes_and_closes_the_gap() -> None:
     fit = one.fit_of(block)
     closed = closure_of(Evidence(block.equations.inner), fit.columns, fit.sizes.tolist(), [])
     assert closed.share > 0.999
+
+
+@pytest.mark.parametrize(("score", "counts"), [(3.0, False), (5.0, True)])
+def test_a_cell_is_a_part_of_the_gap_from_four_sigma_on(score: float, counts: bool) -> None:
+    """Many small cells are noise: with them in the gap, a name that closes it would not."""
+    cells = [*AXES[1:6]]
+    flat = NOISE - sum((NOISE @ axis) * axis for axis in AXES)
+    block = block_of({POD: 30.0 * AXES[0]}, 30.0 * AXES[0] + score * sum(cells) + flat, cells)
+    size = effect_of("belly_pod").parameter("drag_area_m2").typical
+    evidence = Evidence(block.equations.inner)
+    closed = closure_of(evidence, [0], [size], range(1, 6))
+    extra = 5.0 * (score**2 - 1.0) if counts else 0.0
+    assert closed.after + 1.0 - closed.noise == pytest.approx(extra, rel=0.1, abs=1.0)
 
 
 def test_an_open_form_costs_an_effect_nothing_against_one_that_acts_alike() -> None:

@@ -69,7 +69,8 @@ def flights_of(
             left_out = _left_out(each.block, theirs, shared) if fitted.gaps else None
         shows = gaps or fitted.regression.shows(left)
         known = [gap for gap in gaps if not is_term(gap.member.name)]
-        sure = all(max(g.causes.values()) > THRESHOLDS.named_from for g in known)
+        told = [THRESHOLDS.told_near * max(g.causes.values()) for g in known]
+        sure = all(each > THRESHOLDS.named_from for each in told)
         kind: Kind = "no_gap" if not shows else "unknown"
         if known:
             kind = "named" if sure else "one_of"

@@ -2,11 +2,12 @@
 small an effect it would show, and what it cannot show.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.reconciliation.closure import closure_of
 from pitotbench.reconciliation.equations import (
@@ -27,7 +28,7 @@ from pitotbench.reconciliation.regression import (
     Fitted,
     Found,
 )
-from pitotbench.reconciliation.signatures import FITTED, cause_of
+from pitotbench.reconciliation.signatures import FITTED, GUSTS, cause_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.verdict import (
     Candidate,
@@ -145,8 +146,10 @@ def smallest_detectable(
     return tuple(sizes)
 
 
-def notes_of(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> Iterable[str]:
-    """Sentences on the limits of a verdict."""
+def notes_of(
+    block: Block, known: Sequence[Found], left: Found, quiet: bool, told: Collection[str]
+) -> Iterable[str]:
+    """Sentences on the limits of a verdict that tells some effects."""
     layout, null = block.layout, block.null
     if quiet and left.log_bayes_factor >= null.gap_bayes_factor:
         yield "no place and no effect stands out of what flights without an effect show"
@@ -163,7 +166,9 @@ def notes_of(block: Block, known: Sequence[Found], left: Found, quiet: bool) -> 
             "no vanes: the flow angles are those of the path through the mean wind; their scale is "
             "free, so an equal change of all coefficients of one angle cannot be seen"
         )
-    shown = {s.effect for s in layout.signatures}
+    told_causes = {effect_of(name).cause for name in told}
+    shown = {s.effect for s in layout.signatures} | told_causes
+    shown.update(GUSTS if null.gust_level is not None else ())
     if not layout.setting.day_known:
         shown.add(DAY)
         if flies:

@@ -96,7 +96,7 @@ class Thresholds:
 
     # The gate and the map: limits of a name, and what is told of a probability. Fitted to sets 7 to
     # 10 of the blind test and shown on later ones (docs/reconcile.md).
-    named_from: float = 0.999  # probability of a cause, given a gap
+    named_from: float = 0.9  # probability of a cause, as it is told
     named_left: float = 0.07  # share of the gap left, below which a cause is named
     part_named_from: float = 0.9  # probability of a part, given a gap
     told_left: float = 0.1  # share of the gap left, below which a part is named

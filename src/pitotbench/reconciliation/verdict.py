@@ -192,15 +192,17 @@ def _answer(
     left, unexplained = 1.0 - closure.share, [p for each in shown for p in each.unexplained]
     outweighed = any(each.outweighs for each in shown)
     known = [gap for gap in fitted.gaps if not is_term(gap.member.name)]
-    certain = _certain(shown)
+    counted = [each for flight in shown for each in flight.certain]
     withdrawn = outweighed or any(each.withdraws for each in objections)
-    if withdrawn or not (known or certain):
+    if withdrawn or not (known or counted):
         unknown = withdrawn or fitted.gaps or fitted.shows_more
         kind: Kind = "unknown" if unknown else "no_gap"
     else:
         kind = "named"
     quiet = not any(each.block.stands_out for each in shown)
     trusts = kind == "named" and not doubts and not fitted.shows_more
+    # What is counted leaves nothing where no gap beside it is seen.
+    certain = _certain(counted, (left if fitted.gaps else 0.0) if trusts else 1.0)
     gaps, probabilities = list[Gap](), dict[str, float]()
     for found in fitted.gaps:
         own = left if trusts and not may_be_form(found, fitted.gaps) else 1.0
@@ -216,6 +218,7 @@ def _answer(
     remains = kind in SURE and (
         fitted.shows_more or bool(unexplained) or len(known) < len(fitted.gaps)
     )
+    told = {cause.name for gap in (*certain, *gaps) for cause in gap.causes}
     given = main.fit.columns if remains else ()
     located = [place for each in shown for place in each.located(given if each is main else ())]
     return Verdict(
@@ -229,7 +232,9 @@ def _answer(
         advice=(),
         notes=tuple(
             dict.fromkeys(
-                note for each in shown for note in notes_of(each.block, known, fitted.left, quiet)
+                note
+                for each in shown
+                for note in notes_of(each.block, known, fitted.left, quiet, told)
             )
         ),
         probabilities=dict(sorted(probabilities.items(), key=lambda item: -item[1])),
@@ -282,7 +287,8 @@ def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float) -> Gap:
     if is_term(found.member.name):
         chosen = (_candidate(fitted, main, found, found.member.name, 1.0 - found.unknown),)
         return Gap("", 1.0 - found.unknown, chosen, False, False, closed, closed * found.held_out)
-    named = found.causes[ranked[0]] > THRESHOLDS.named_from and left < THRESHOLDS.named_left
+    told = _worth(left) * found.causes[ranked[0]]
+    named = told > THRESHOLDS.named_from and left < THRESHOLDS.named_left
     count = 1 if named else max(2, len(holding(found.causes)))
     parts: dict[str, float] = {}
     for cause, p in found.causes.items():
@@ -343,13 +349,15 @@ def _estimates(sizes: Sizes) -> tuple[Estimate, ...]:
     )
 
 
-def _certain(shown: Sequence[ShownFlight]) -> list[Gap]:
-    """Gaps without a posterior: faults that were counted, and the level of the turbulence."""
-    found = {c.name: c for each in shown for c in each.certain}
+def _certain(counted: Sequence[Candidate], left: float) -> list[Gap]:
+    """Gaps without a posterior: faults that were counted, and the level of the turbulence. Each has
+    the whole share of its gap; `left` is what all gaps leave.
+    """
+    found = {c.name: replace(c, probability=_worth(left)) for c in counted}
     return [
         Gap(
             effect_of(c.name).part,
-            1.0,
+            c.probability,
             (c, *_gusts_of_another_scale(c)),
             not _gusts_of_another_scale(c),
             True,

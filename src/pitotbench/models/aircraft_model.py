@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from pitotbench.effects.overlay import Overlay
+from pitotbench.effects.propulsion import THROTTLE_RIGGING
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.records.motion import CONTROLS, Motion, Reaction, UnitForces
 from pitotbench.simulation.aircraft import find_aircraft
@@ -16,6 +17,7 @@ from pitotbench.simulation.modified import (
     ballast_overlay,
     loaded_mass,
     patch_errors,
+    patched_sizes,
 )
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.unit_forces import measure_unit_forces, unit_overlay
@@ -41,8 +43,11 @@ def aircraft_model(name: str) -> AircraftModel | None:
     }
     controls = tuple(control for control in CONTROLS if control not in missing)
     react, unit_forces = partial(_react, name), partial(_unit_forces, name)
-    baseline, errors = read_baseline(folder), patch_errors(name)
-    return AircraftModel(name, react, unit_forces, baseline, loaded_mass(name), controls, errors)
+    baseline, errors, rigged = read_baseline(folder), patch_errors(name), patched_sizes(name)
+    left, right = (rigged.get((THROTTLE_RIGGING.name, side), 0.0) for side in ("left", "right"))
+    return AircraftModel(
+        name, react, unit_forces, baseline, loaded_mass(name), controls, errors, left - right
+    )
 
 
 def _react(

@@ -18,7 +18,7 @@ from pitotbench.records.maneuver import Maneuver, Maneuvers
 from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.baseline import read_baseline
-from pitotbench.simulation.modified import loaded_mass, patch_errors
+from pitotbench.simulation.modified import loaded_mass, patch_errors, patched_mass
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.unit_forces import AXES, inertia_of, measure_terms, unit_overlay
 from pitotbench.units import FOOT, POUND_FORCE, Array
@@ -36,7 +36,9 @@ def air_model(name: str, maneuvers: Sequence[Maneuver]) -> AircraftModel:
     rated = {f.name: f.axis for f in baseline.functions if f.axis and f.variable == "alpha_rate"}
     ixx, iyy, izz, ixz = inertia or inertia_of(_weighed(name))
     tensor = np.array([[ixx, 0.0, -ixz], [0.0, iyy, 0.0], [-ixz, 0.0, izz]])
-    react, units = partial(_react, name, tensor, rated), partial(_unit_forces, name, tensor)
+    added = patched_mass(name)
+    react = partial(_react, name, tensor, added, rated)
+    units = partial(_unit_forces, name, tensor, added)
     return AircraftModel(name, react, units, baseline, loaded_mass(name), (), patch_errors(name))
 
 
@@ -50,12 +52,14 @@ def _weighed(name: str) -> Plant:
 def _react(
     name: str,
     inertia: Array,
+    added: float,
     rated: dict[str, str],
     motion: Motion,
     overlay: Overlay | None = None,
     engines_run: bool = False,
 ) -> Reaction:
-    """The specific forces and angular accelerations that the air makes in each state.
+    """The specific forces and angular accelerations that the air makes in each state, of the
+    measured mass and what a patch has `added` to it [kg].
 
     A function over the rate of the angle of attack follows the model's own forces; that of the log
     is measured.
@@ -72,7 +76,7 @@ def _react(
         force += found.units[axis] * more[:, None]
     rates = np.stack([motion.roll_rate, motion.pitch_rate, motion.yaw_rate], axis=1)
     turning = -np.cross(rates, rates @ inertia) @ np.linalg.inv(inertia)
-    made = _accelerations(force, motion.mass, inertia)
+    made = _accelerations(force, motion.mass + added, inertia)
     made[:, 3:] += turning
     none = np.zeros((len(made), len(Reaction.__dataclass_fields__) - made.shape[1]))
     columns = np.concatenate([made, none], axis=1).T
@@ -86,10 +90,12 @@ def _accelerations(force: Array, mass: Array, inertia: Array) -> Array:
     return np.concatenate([linear, turning], axis=1)
 
 
-def _unit_forces(name: str, inertia: Array, motion: Motion, paths: frozenset[str]) -> UnitForces:
+def _unit_forces(
+    name: str, inertia: Array, added: float, motion: Motion, paths: frozenset[str]
+) -> UnitForces:
     plant = Plant.load(name, FINE_RATE, unit_overlay(AXES), at_once=True)
     found = measure_terms(plant, motion, paths, AXES)
-    changes = {a: _accelerations(u, motion.mass, inertia) for a, u in found.units.items()}
+    changes = {a: _accelerations(u, motion.mass + added, inertia) for a, u in found.units.items()}
     return UnitForces(changes=changes, properties=found.values)
 
 
@@ -98,7 +104,7 @@ def in_place_of_log(maneuvers: Sequence[Maneuver], aircraft: str) -> Maneuvers:
     the aircraft. Raises UnknownNameError.
     """
     aligned, lag = align_vane(maneuvers)
-    mass = _weighed(aircraft).get("mass")
+    mass = loaded_mass(aircraft)
     weighed = (
         replace(each, motion=replace(each.motion, mass=np.full(len(each.motion.time), mass)))
         if each.mass is None

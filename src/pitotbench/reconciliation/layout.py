@@ -223,7 +223,9 @@ def _laid_out(
     wind, replay = mean_wind_of(track, measured), None
     if aircraft is not None and not lacking(track, aircraft.controls):
         track = with_path_flow(track, wind, aircraft.mass)
-        replay = replay_motion(track, lambda motion: aircraft.react(motion, Overlay(), True))
+        replay = replay_motion(
+            track, lambda motion: aircraft.react(motion, Overlay(), True), aircraft.split
+        )
     reference = reference_state(track, wind, replay, aircraft)
     if len(reference.grid) < FEWEST_INSTANTS:
         needed = (FEWEST_INSTANTS + 2) * reference.grid.step + 2.0 * MARGIN

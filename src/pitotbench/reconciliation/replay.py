@@ -39,13 +39,14 @@ class Replay:
 
     `rows` of the track, (m,), ten a second; `values` (m, 12) in the order of the fields of a
     Reaction; `slopes` are the changes of the values by one unit of each state in `VARIED`, (m, 12)
-    each.
+    each. `split` is the left less the right throttle with the levers together.
     """
 
     rows: NDArray[np.intp]
     motion: Motion
     values: Array
     slopes: Mapping[str, Array]
+    split: float = 0.0
 
     def shifted(self, track: Track) -> Array:
         """Return the answer in the states of another track with the same rows, to first order, (m,
@@ -142,11 +143,13 @@ def _means(
     return lambda values: np.asarray(values[around] @ weights / weights.sum())
 
 
-def replay_motion(track: Track, react: React) -> Replay:
-    """Move the model along a track: once for its answer, and once for each slope in coarse steps."""
+def replay_motion(track: Track, react: React, split: float = 0.0) -> Replay:
+    """Move the model along a track: once for its answer, and once for each slope in coarse steps.
+    `split` is that of its throttles.
+    """
     rows = replay_rows(track, FINE)
     motion = motion_of(track, rows)
-    return Replay(rows, motion, answer(react, motion), _slopes(track, rows, react))
+    return Replay(rows, motion, answer(react, motion), _slopes(track, rows, react), split)
 
 
 def _slopes(track: Track, rows: NDArray[np.intp], react: React) -> dict[str, Array]:

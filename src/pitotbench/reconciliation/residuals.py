@@ -168,7 +168,9 @@ def channel_residuals(
     if model is not None:
         part((*_ANSWER_READS, *FORCES, *path), FORCES, lambda: _forces(track, grid, predicted()))
         part(
-            (*_ENGINES_READ, *path), FAMILIES["engine"], lambda: _engines(track, grid, predicted())
+            (*_ENGINES_READ, *path),
+            FAMILIES["engine"],
+            lambda: _engines(track, grid, predicted(), model.split),
         )
     part(_KINEMATIC_READS, FAMILIES["kinematic"], lambda: _kinematic(track, grid, frame))
     if model is not None:
@@ -272,14 +274,15 @@ def _forces(track: Track, grid: Grid, predicted: Array) -> dict[str, Array]:
     return {name: grid.smooth(track[name]) - predicted[:, i] for i, name in enumerate(FORCES)}
 
 
-def _engines(track: Track, grid: Grid, predicted: Array) -> dict[str, Array]:
+def _engines(track: Track, grid: Grid, predicted: Array, split: float) -> dict[str, Array]:
     column = {name: i for i, name in enumerate(REACTION_NAMES)}
     present = [name for name in ENGINES if name in track]
     residuals = {name: grid.smooth(track[name]) - predicted[:, column[name]] for name in present}
     if (
         present and "throttle_right" in track
     ):  # levers alone, without any gauge, say nothing of the engines
-        residuals["throttle_split"] = grid.smooth(track["throttle_left"] - track["throttle_right"])
+        apart = track["throttle_left"] - track["throttle_right"]
+        residuals["throttle_split"] = grid.smooth(apart - split)
     return residuals
 
 
@@ -319,7 +322,8 @@ class AircraftModel:
     `mass` [kg] is that with the load and the fuel of its file, for logs that hold none.
     `controls` are the surfaces and throttles that a log must hold so that the force meter can be
     moved along it. `errors` are the standard deviations of the sizes that were patched into it, by
-    effect and parameter.
+    effect and parameter. `split` is the left less the right throttle with the levers together, as
+    it was patched.
     """
 
     name: str
@@ -329,6 +333,7 @@ class AircraftModel:
     mass: float
     controls: tuple[str, ...] = CONTROLS
     errors: PatchErrors = field(default_factory=PatchErrors)
+    split: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -356,7 +361,7 @@ class ForceModel:
         """
         flown = aircraft or self.aircraft
         values = answer(lambda states: flown.react(states, Overlay(), True), motion)
-        replay = replace(self.replay, motion=motion, values=values)
+        replay = replace(self.replay, motion=motion, values=values, split=flown.split)
         if aircraft is None:
             return replace(self, replay=replay)
         return ForceModel(replay, aircraft, self.coarse, self.units)

@@ -21,13 +21,15 @@ class Flight:
 
     `channels` maps names of the simulator's property table to arrays, (n,) each [SI, radians].
     `segment` is a label for each sample, `on_condition` is true where the card's tolerances are
-    met, (n,) both. Raises RecordError where lengths differ.
+    met, (n,) both. `unlisted_mass` [kg] is that of the aircraft's patches, which its weight sheet
+    lacks. Raises RecordError where lengths differ.
     """
 
     case: Case
     channels: Mapping[str, Array]
     segment: NDArray[np.str_]
     on_condition: Booleans
+    unlisted_mass: float = 0.0
 
     def __post_init__(self) -> None:
         length = len(self.channels["time"])

@@ -210,8 +210,8 @@ def with_probe_effects(flight: Flight, das: DataSystem) -> Flight:
 
 
 def with_listed_mass(flight: Flight) -> Flight:
-    """Return the flight with the mass of its weight sheet, which lacks any mass that an effect
-    adds.
+    """Return the flight with the mass of its weight sheet, which lacks any mass that an effect or
+    a patch of the aircraft adds.
 
     Otherwise the mass column would reveal the effect, and a model flown at that mass would show no
     gap.
@@ -220,7 +220,9 @@ def with_listed_mass(flight: Flight) -> Flight:
     added = (
         c for c in chosen(flight.case.effects) if MASS.name in (c.effect.name, c.effect.part_of)
     )
-    unlisted = sum(c.sizes["mass_kg"] * share_of_size(c.effect, time, c.sizes) for c in added)
+    unlisted = flight.unlisted_mass + sum(
+        c.sizes["mass_kg"] * share_of_size(c.effect, time, c.sizes) for c in added
+    )
     if not np.any(unlisted) or "mass" not in flight.channels:
         return flight
     return replace(flight, channels={**flight.channels, "mass": flight["mass"] - unlisted})

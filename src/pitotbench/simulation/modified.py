@@ -12,6 +12,7 @@ from typing import Any
 import tomli_w
 
 from pitotbench.effects import chosen, effect_of
+from pitotbench.effects.airframe import MASS
 from pitotbench.effects.effect import RECORDING_START, AircraftEffect, Choice
 from pitotbench.effects.overlay import MassPoint, Overlay, product
 from pitotbench.records import BadInputError
@@ -71,8 +72,6 @@ def install_variant(
         raise BadInputError("a variant needs at least one effect of a size other than zero")
     entries = [{"name": entry.name, "parameters": dict(entry.parameters)} for entry in effects]
     table = {"aircraft": aircraft, "provenance": dict(provenance or {}), "effects": entries}
-    for of_name in (loaded_mass, loaded_fuel):  # the same name may have had another mass
-        of_name.cache_clear()
     return write_variant(
         find_aircraft(aircraft),
         shelf or OWN.resolve(),
@@ -89,10 +88,9 @@ def patch_errors(aircraft: str) -> PatchErrors:
 
     A patch that states no covariance has that of its bounds. What two patches change alike adds up.
     """
-    place = known_aircraft().get(aircraft)
-    if place is None or not (place / ORIGIN).is_file():
+    table = _origin(aircraft)
+    if table is None:
         return PatchErrors()
-    table = tomllib.loads((place / ORIGIN).read_text(encoding="utf-8"))
     origin, before = table.get("provenance", {}), patch_errors(table["aircraft"])
     bounds = origin.get("two_sigma", {})
     sizes = {
@@ -114,6 +112,32 @@ def patch_errors(aircraft: str) -> PatchErrors:
         _sum(before.covariance, covariance),
         dict(before.forms) | {key: float(form.get(key[0], FORM)) for key in sizes},
     )
+
+
+def _origin(aircraft: str) -> dict[str, Any] | None:
+    """The `variant.toml` of an aircraft; None of one without a patch."""
+    place = known_aircraft().get(aircraft)
+    if place is None or not (place / ORIGIN).is_file():
+        return None
+    return tomllib.loads((place / ORIGIN).read_text(encoding="utf-8"))
+
+
+def patched_sizes(aircraft: str) -> dict[tuple[str, str], float]:
+    """Return the sizes that the patches of an aircraft have, by effect and parameter; those of two
+    patches add up.
+    """
+    table = _origin(aircraft)
+    if table is None:
+        return {}
+    own = {
+        (e["name"], key): value for e in table["effects"] for key, value in e["parameters"].items()
+    }
+    return _sum(patched_sizes(table["aircraft"]), own)
+
+
+def patched_mass(aircraft: str) -> float:
+    """Return the mass that the patches of an aircraft add to that of its weight sheet [kg]."""
+    return patched_sizes(aircraft).get((MASS.name, "mass_kg"), 0.0)
 
 
 def _sum(first: Mapping[Any, float], second: Mapping[Any, float]) -> dict[Any, float]:
@@ -175,10 +199,14 @@ class Loading:
 
 @cache
 def loaded_mass(aircraft: str) -> float:
-    """Return the mass of an aircraft with the load and the fuel of its file [kg]."""
+    """Return the mass of an aircraft on its weight sheet, with the load and the fuel of its file
+    [kg].
+
+    A patched mass is an error of the sheet: the sheet lacks it, as the mass column of a log does.
+    """
     plant = Plant.load(aircraft)
     plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
-    return plant.get("mass")
+    return plant.get("mass") - patched_mass(aircraft)
 
 
 @cache

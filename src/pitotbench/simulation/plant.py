@@ -41,6 +41,7 @@ from pitotbench.simulation.variant import (
     free_branch,
     ground_rates,
     lagging_actuators,
+    throttle_settings,
     write_variant,
 )
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
@@ -186,7 +187,7 @@ class Plant:
         with ExitStack() as stack:
             added, file = overlay or Overlay(), parse_xml(folder / f"{folder.name}.xml").getroot()
             branch = ROOT if added.is_empty() else free_branch(file)
-            at_once = at_once and bool(lagging_actuators(file))
+            at_once = at_once and bool(lagging_actuators(file) or throttle_settings(file))
             if at_once or ground_rates(file) or not added.is_empty():
                 shelf = stack.enter_context(TemporaryDirectory(prefix="pitotbench-"))
                 folder = write_variant(

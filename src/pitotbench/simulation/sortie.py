@@ -16,7 +16,13 @@ from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.aircraft_files import read_record
 from pitotbench.simulation.card import Card, override
 from pitotbench.simulation.maneuvers import MANEUVERS
-from pitotbench.simulation.modified import ballast_overlay, load_fuel, mark_recording, overlay_of
+from pitotbench.simulation.modified import (
+    ballast_overlay,
+    load_fuel,
+    mark_recording,
+    overlay_of,
+    patched_mass,
+)
 from pitotbench.simulation.pilot import PILOTS, TICK, Cockpit, Targets
 from pitotbench.simulation.plant import Air, Plant
 from pitotbench.simulation.properties import CHANNELS, PROPERTIES, Property
@@ -238,4 +244,7 @@ def fly(
             labels.append(cockpit.label)
             on_condition.append(before and cockpit.on_condition())
     segments, flags = np.array(labels, dtype=np.str_), np.array(on_condition, dtype=np.bool_)
-    return Flight(case, recorder.channels(), np.repeat(segments, steps), np.repeat(flags, steps))
+    unlisted = patched_mass(case.aircraft)
+    return Flight(
+        case, recorder.channels(), np.repeat(segments, steps), np.repeat(flags, steps), unlisted
+    )

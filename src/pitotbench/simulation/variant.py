@@ -20,6 +20,7 @@ from pitotbench.effects.overlay import (
     quotient,
     total,
 )
+from pitotbench.effects.propulsion import BIASES
 from pitotbench.records import BadInputError
 from pitotbench.simulation.aircraft_files import parse_xml
 
@@ -41,8 +42,8 @@ def write_variant(
 ) -> Path:
     """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return the folder.
 
-    With `at_once` the actuators in its file follow their commands without a lag, so that a surface
-    can be put where a log has it. With `air_rates` its aerodynamics read the rates of the flow
+    With `at_once` the actuators in its file follow their commands without a lag, and no effect moves
+    a throttle, so that a control can be put where a log has it. With `air_rates` its aerodynamics read the rates of the flow
     angles against the air. `origin` is the text of its `variant.toml`. With `anew` the file of a
     variant that is there is replaced, whole or not at all.
 
@@ -61,6 +62,8 @@ def write_variant(
     for actuator in lagging_actuators(tree.getroot()) if at_once else ():
         for part in [child for child in actuator if child.tag in DYNAMICS]:
             actuator.remove(part)
+    for channel, part in throttle_settings(tree.getroot()) if at_once else ():
+        channel.remove(part)
     ET.indent(tree)
     shelf.mkdir(parents=True, exist_ok=True)
     # The copy is made in a hidden folder and renamed: an error leaves no incomplete variant.
@@ -81,6 +84,12 @@ def write_variant(
 def lagging_actuators(root: ET.Element) -> list[ET.Element]:
     """Return the actuators of an aircraft's file that do not follow their commands at once."""
     return [each for each in root.iter("actuator") if any(child.tag in DYNAMICS for child in each)]
+
+
+def throttle_settings(root: ET.Element) -> list[tuple[ET.Element, ET.Element]]:
+    """Return the components by which effects move a throttle, each after its channel."""
+    channels = root.iterfind("system/channel")
+    return [(c, part) for c in channels for part in c if part.findtext("output") in BIASES]
 
 
 def ground_rates(root: ET.Element) -> list[ET.Element]:
@@ -222,7 +231,7 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
     channel = ET.SubElement(system, "channel", name=branch)
     channel.extend(ET.fromstring(on_branch(branch, text)) for text in overlay.filters)
     masses = _next_mass(root)
-    outputs = [(s.path, s.value) for s in overlay.settings]
+    outputs = [(s.path, _with_earlier(root, s.value, overlay)) for s in overlay.settings]
     outputs += [
         (f"inertia/pointmass-weight-lbs[{masses + i}]", mass.weight)
         for i, mass in enumerate(overlay.masses)
@@ -237,6 +246,19 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
     before = (i for i, element in enumerate(root) if element.tag in ("system", "propulsion"))
     position = max(before, default=-1) + 1  # a glider may have neither
     root.insert(position, system)
+
+
+def _with_earlier(root: ET.Element, value: Expression, overlay: Overlay) -> Expression:
+    """The value of a setting by the sizes of an overlay and of those that earlier overlays of the
+    file have for the same effect: of two settings of one property the last one alone counts.
+    """
+    declared = {element.text for element in root.iterfind("system/property")}
+    for path, _ in overlay.sizes:
+        branches = (element.get("name") or "" for element in root.iterfind("system"))
+        earlier = [each for b in branches if (each := on_branch(b, path)) in declared]
+        if earlier:
+            value = re.sub(rf"<property>{path}</property>", total(path, *earlier), value)
+    return value
 
 
 def _gusts(overlay: Overlay) -> list[tuple[str, Expression]]:

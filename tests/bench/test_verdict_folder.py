@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pitotbench import BadInputError, Verdict, read_log
+from pitotbench import BadInputError, NoAnswerError, Verdict, read_log
 from pitotbench.bench.verdict_folder import install, keep
 from pitotbench.cli.app import main
 from pitotbench.reconciliation.patches import patch_of_effects
@@ -20,9 +20,9 @@ LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.4, 0.02),), 40.0)
 
 def outcome(*effects: Candidate, kind: str = "named"):
     """As much of an outcome as adding needs."""
-    gaps = [SimpleNamespace(causes=(each,)) for each in effects]
+    gaps = [Gap("drag", 0.9, (each,), True, True, 0.9, 0.9) for each in effects]
     verdict = SimpleNamespace(kind=kind, gaps=gaps, closure=Closure(100.0, 11.0, 10.0))
-    account = SimpleNamespace(log="flight.csv", aircraft="navajo")
+    account = SimpleNamespace(log="flight.csv", aircraft="navajo", chosen="", flights=())
     made = patch_of_effects(effects, "flight.csv", "2026-01-01")
     return SimpleNamespace(verdict=verdict, account=account, patch=made)
 
@@ -86,23 +86,27 @@ def test_a_name_that_cannot_be_is_refused_before_the_log_is_read(
     assert says in capsys.readouterr().err
 
 
-def test_an_airplane_of_a_doubtful_answer_is_kept_with_its_doubt(tmp_path):
+def test_of_a_set_only_what_the_user_chooses_is_applied(tmp_path):
     doubtful = Candidate("belly_pod", POD.sizes, 40.0, 0.58)
     rival = Candidate("turn_drag", (), 39.0, 0.4)
     gap = Gap("drag", 0.98, (doubtful, rival), False, False, 1.0, 1.0)
-    advice = ("to tell belly_pod, turn_drag apart: fly four_leg",)
-    closure = Closure(100.0, 11.0, 10.0)
-    verdict = Verdict("one_of", (gap,), (doubtful,), (), (), closure, (), advice)
-    sure, made = outcome(POD), outcome(doubtful)
-    made.verdict = made.account.verdict = verdict
-    made.account.calibration, made.account.null_flights, made.account.holdout = None, 8, ""
-    made.account.formula = None
-    told = " ".join(install(made, "doubtful", tmp_path))
-    assert "not sure: one of these" in told
-    assert "58 %" in told
-    assert "turn drag (40 %)" in told
-    assert "fly four_leg" in told
-    assert "not sure" not in " ".join(install(sure, "sure", tmp_path))
+    made, closure = outcome(doubtful), Closure(100.0, 11.0, 10.0)
+    made.verdict = Verdict("one_of", (gap,), (doubtful,), (), (), closure, (), ())
+    with pytest.raises(NoAnswerError, match="to tell belly_pod, turn_drag apart: fly"):
+        install(made, "doubtful", tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    made.account.chosen = "belly_pod"
+    install(made, "chosen", tmp_path)
+    text = (tmp_path / "navajo+chosen" / "variant.toml").read_text(encoding="utf-8")
+    assert 'chosen = "belly_pod"' in text
+    assert 'name = "belly_pod"' in text
+
+
+def test_a_size_beyond_its_range_is_not_applied(tmp_path):
+    large = Candidate("belly_pod", (Estimate("drag_area_m2", 9.0, 0.2),), 40.0)
+    with pytest.raises(NoAnswerError, match="range ends at"):
+        install(outcome(large), "large", tmp_path)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,9 @@ def test_a_patch_takes_its_effect_off_the_log_once(name, reference, tmp_path, mo
         for each in ("navajo", "navajo+patched")
     ]
     off = flown[0].base.values - flown[1].base.values
-    column, again = (residual_change(effect, each, sizes) for each in flown)
+    column = residual_change(effect, flown[0], sizes)
+    half = {p.name: 0.5 * sizes[p.name] for p in effect.parameters if not p.shape}
+    again = 2.0 * residual_change(effect, flown[1], {**sizes, **half})
     column, again, off = (
         each / np.std(reference.base.values, axis=0) for each in (column, again, off)
     )

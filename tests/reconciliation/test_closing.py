@@ -8,18 +8,30 @@ import pytest
 
 from pitotbench import BadInputError, Case, fly, reconcile, sense
 from pitotbench.bench import closing, workflow
+from pitotbench.cli import reconcile as command
+from pitotbench.cli.app import main
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.models.coefficients import measured_coefficients
 from pitotbench.reconciliation.equations import whitened_equations
 from pitotbench.reconciliation.layout import lay_out, of_patch
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.patches import is_settled, require_choice, with_choice
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.log import FlightLog
 from pitotbench.records.motion import PatchErrors
 from pitotbench.records.verdict import Candidate, Gap
+from pitotbench.sensing.recorder import with_listed_mass
+from pitotbench.show.gap_words import closing_sentences, sentences
+from pitotbench.show.verdict import account_json
 from pitotbench.simulation import variant
-from pitotbench.simulation.modified import FORM, install_variant, loaded_mass, patch_errors
+from pitotbench.simulation.modified import (
+    FORM,
+    install_variant,
+    loaded_mass,
+    patch_errors,
+    patched_mass,
+)
 
 KEY = ("belly_pod", "drag_area_m2")
 HIDDEN = (
@@ -106,14 +118,21 @@ def test_a_round_that_is_killed_leaves_the_airplane_of_the_round_before(tmp_path
     assert (folder / "navajo+pod.xml").read_bytes() != before
 
 
-def test_the_mass_of_an_airplane_that_is_written_anew_is_its_own(tmp_path, monkeypatch):
+def test_a_patched_mass_is_an_error_of_the_weight_sheet(tmp_path, monkeypatch):
+    """The sheet, the fuel that is burnt to a logged mass, and the mass column of a flight lack it;
+    the airplane has it.
+    """
     monkeypatch.chdir(tmp_path)
-    masses = []
+    sheet = loaded_mass("navajo")
     for size in (50.0, 150.0):
         load = EffectSpec("mass", {"mass_kg": size})
         install_variant("navajo", "load", [load], anew=True)
-        masses.append(loaded_mass("navajo+load"))
-    assert masses[1] - masses[0] == pytest.approx(100.0, abs=0.5)
+        assert patched_mass("navajo+load") == size
+        assert loaded_mass("navajo+load") == pytest.approx(sheet, abs=0.5)
+    flown = fly(
+        Case(aircraft="navajo+load", maneuver="rapid_decel", turbulence="none"), channels=()
+    )
+    assert flown["mass"][0] - with_listed_mass(flown)["mass"][0] == pytest.approx(150.0)
 
 
 def test_the_errors_of_patches_add_up_along_the_names(tmp_path, monkeypatch):
@@ -177,10 +196,74 @@ def test_a_term_of_the_file_is_told_as_its_coefficient(layout):
     )
 
 
-def test_a_size_beyond_its_range_is_told_as_cut():
-    (line,) = closing._cut([gap("belly_pod", Estimate("drag_area_m2", 9.0, 0.2))])
-    assert "end of its range, 0.8, for 9 ± 0.2" in line
-    assert not [*closing._cut([gap("belly_pod", Estimate("drag_area_m2", 0.3, 0.2))])]
+def with_gap(found, gap):
+    """A reconciliation whose only gap is this one."""
+    judged = replace(found.judged, verdict=replace(found.judged.verdict, gaps=(gap,)))
+    return replace(found, judged=judged)
+
+
+POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.3, 0.02),), 30.0, 0.4)
+TURN = Candidate("turn_drag", (Estimate("coefficient_at_30deg", 0.01, 0.001),), 30.0, 0.5)
+EITHER = Gap("drag", 0.9, (TURN, POD), False, True, 0.9, 0.9)
+
+
+def test_a_size_beyond_its_range_is_told_and_not_patched(closed, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    large = gap("belly_pod", Estimate("drag_area_m2", 9.0, 0.2))
+    done = closing.close_loop(with_gap(closed[0], large), "large", refly=False).account.closing
+    (line,) = done.cut
+    assert "not patched: drag_area_m2 comes out at 9 ± 0.2, and its range ends at 0.8" in line
+    assert not done.patched
+    assert not Path("aircraft").exists()
+
+
+def test_of_a_set_nothing_is_patched_and_the_maneuver_that_tells_is_named(
+    closed, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    found = closing.close_loop(with_gap(closed[0], EITHER), "either", refly=False)
+    assert "turn_drag, belly_pod" in found.account.closing.not_told
+    assert "fly" in found.account.closing.not_told
+    assert not Path("aircraft").exists()
+    monkeypatch.setattr(command, "_outcome", lambda options: found)
+    assert main(["reconcile", "a.csv", "--close", "either"]) == 3
+    said = capsys.readouterr()
+    assert "to tell turn_drag, belly_pod apart" in said.err
+    assert "The loop closed" not in said.out
+
+
+def test_the_user_chooses_a_cause_of_the_set_alone():
+    assert [c.name for c in with_choice(EITHER, "belly_pod").causes] == ["belly_pod", "turn_drag"]
+    assert is_settled(with_choice(EITHER, "belly_pod"), "belly_pod")
+    assert not is_settled(EITHER, "belly_pod")
+    require_choice([EITHER], "belly_pod")
+    for other in ("pitot_lag", "wing"):
+        with pytest.raises(BadInputError, match="choose one of turn_drag, belly_pod"):
+            require_choice([EITHER], other)
+    with pytest.raises(BadInputError, match="no set"):
+        require_choice([gap("belly_pod", *POD.sizes)], "belly_pod")
+
+
+def test_a_chosen_cause_is_patched_and_the_answer_says_who_chose(closed, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = with_gap(closed[0], EITHER)
+    found = replace(found, account=replace(found.account, chosen="belly_pod", closing=None))
+    monkeypatch.setattr(closing, "_judged_again", lambda logs, *rest: (logs, quiet(closed[0])))
+    done = closing.close_loop(found, "chosen", refly=False)
+    text = Path("aircraft/navajo+chosen/variant.toml").read_text(encoding="utf-8")
+    table = tomllib.loads(text)
+    assert [each["name"] for each in table["effects"]] == ["belly_pod"]
+    assert table["provenance"]["chosen"] == "belly_pod"
+    assert "belly pod was chosen by the user" in " ".join(sentences(done.account))
+    assert account_json(done.account)["chosen"] == "belly_pod"
+    (line,) = [each for each in closing_sentences(done.account.closing) if "no significant" in each]
+    assert "does not prove the names" in line
+
+
+def quiet(found):
+    """The judgment of a reconciliation without its gaps."""
+    verdict = replace(found.judged.verdict, kind="no_gap", gaps=())
+    return replace(found.judged, verdict=verdict)
 
 
 def test_the_form_of_one_of_a_set_is_as_open_as_the_set():

@@ -109,7 +109,7 @@ def test_a_strong_sensor_effect_is_taken_out_before_the_others_are_computed(sens
     def tracks(*effects: str):
         layout = lay_out(sensed(*effects, das="20/20"), None, AnalysisSetting(day_known=True))
         single = _at_single(layout, noise_of_log(layout))
-        return (each.reference.clean["total_pressure"] for each in (layout, single))
+        return (each.reference.clean["impact_pressure"] for each in (layout, single))
 
     true, same = tracks()
     assert np.array_equal(true, same)

@@ -6,7 +6,7 @@ patched sizes in it. What sensors and the air do is no airplane's: each judgment
 log anew.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from math import hypot
@@ -28,7 +28,8 @@ from pitotbench.campaigns.fleet import progress as progress_bar
 from pitotbench.effects import effect_of
 from pitotbench.reconciliation.equations import gain_in
 from pitotbench.reconciliation.other_flights import for_channels
-from pitotbench.reconciliation.regression import parted
+from pitotbench.reconciliation.patches import beyond_range, is_settled, not_told, with_choice
+from pitotbench.reconciliation.regression import fitted_by, parted
 from pitotbench.reconciliation.shown_flight import largest_gap
 from pitotbench.reconciliation.verdict import Judged
 from pitotbench.records.gap import Closing
@@ -50,12 +51,14 @@ def close_loop(
 ) -> FullReconciliation:
     """Patch the airplane of a reconciliation until nothing more closes held out.
 
+    What is named is patched, and of a set the cause that the user chose, at sizes in their ranges.
     `<aircraft>+<name>` is written whole at the end of each round. `holdout` is the held-out log of
     the reconciliation. With `refly` the card of the log with the largest gap is flown again,
     without and with all that was found. Returns the reconciliation with its `closing`, and with the
     patch of all rounds. Raises BadInputError where the name is taken.
     """
     aircraft, log, say = found.account.aircraft, found.account.log, progress or (lambda text: None)
+    chosen = found.account.chosen
     require_free(aircraft, name)
     airplane = f"{aircraft}+{name}"
     logs, judged, main = found.logs, found.judged, largest_gap(found.judged.shown)
@@ -68,10 +71,12 @@ def close_loop(
     patched, closed, known = dict[str, Gap](), [0.0], dict[str, float]()
     with progress_bar("rounds of closing" if progress else "", ROUNDS) as step:
         for number in range(1, ROUNDS + 1):
-            new = [gap for gap in _shares(judged, whole) if _is_lasting(gap.causes[0].name)]
-            if not new or (growth := _gained(judged) / whole) < LEAST_GROWTH:
+            joined = _joined([*patched.values(), *_to_patch(judged, whole, chosen)])
+            new = {name: gap for name, gap in joined.items() if not [*beyond_range(gap.causes[0])]}
+            grown = [name for name, gap in new.items() if gap is not patched.get(name)]
+            if not grown or (growth := _gained(judged, grown, chosen) / whole) < LEAST_GROWTH:
                 break
-            patched, after = _joined([*patched.values(), *new]), judged.verdict.closure_holdout
+            patched, after = patched | new, judged.verdict.closure_holdout
             closed.append(closed[-1] + growth)
             gaps = [*patched.values()]
             install_variant(
@@ -84,6 +89,7 @@ def close_loop(
                     "two_sigma": bounds_of(gaps),
                     "form": {gap.causes[0].name: _form(gap) for gap in gaps},
                     "covariance": (known := known | _covariance(judged, gaps)),
+                    "chosen": chosen,
                 },
                 anew=True,
             )
@@ -92,7 +98,9 @@ def close_loop(
             step()
     gaps_found = _shares(judged, whole)
     passing = (gap for gap in gaps_found if not _is_lasting(gap.causes[0].name))
-    patch = patch_of(judged, log, date, [*patched.values(), *passing])
+    whole_patch = patch_of(judged, log, date, [*patched.values(), *passing])
+    patch = whole_patch if patched else found.patch
+    flown = [each.maneuver for each in found.account.flights]
     account = replace(
         found.account,
         patch=patch.text,
@@ -104,10 +112,15 @@ def close_loop(
             tuple(gaps_found),
             coefficients_along(aircraft, main, patched.values()),
             judged.verdict,
-            tuple(_cut(patched.values())),
+            tuple(
+                line
+                for gap in _joined([*patched.values(), *_to_patch(judged, whole, chosen)]).values()
+                for line in beyond_range(gap.causes[0])
+            ),
             Closure(first_closure.before, after.after, first_closure.noise).share
             if first_closure and after
             else None,
+            not_told(gaps_found, chosen, flown),
         ),
     )
     if refly:
@@ -137,15 +150,24 @@ def _shares(judged: Judged, whole: float) -> list[Gap]:
     ]
 
 
-def _gained(judged: Judged) -> float:
-    """The fall of the sum of squares of the log with the largest gap by all that lasts in the
-    airplane, as far as it holds in parts of the logs to which the sizes were not fitted. Causes
-    that share a gap close it together.
+def _to_patch(judged: Judged, whole: float, chosen: str) -> list[Gap]:
+    """The gaps of the airplane whose cause is named, or was chosen."""
+    gaps = (with_choice(gap, chosen) for gap in _shares(judged, whole))
+    return [g for g in gaps if is_settled(g, chosen) and _is_lasting(g.causes[0].name)]
+
+
+def _gained(judged: Judged, names: Sequence[str], chosen: str) -> float:
+    """The fall of the sum of squares of the log with the largest gap by some causes, as far as it
+    holds in parts of the logs to which the sizes were not fitted. Causes that share a gap close it
+    together; the rivals of the chosen one take no part.
     """
     fitted, block = judged.fitted, largest_gap(judged.shown).block
+    rivals = {c.name for g in judged.verdict.gaps for c in with_choice(g, chosen).causes[1:]}
+    if chosen and chosen not in [parted(m.name)[0] for m in fitted.members]:
+        fitted = fitted_by(fitted.regression, rivals)
     own, others = (
-        [m for m in fitted.members if _is_lasting(parted(m.name)[0]) is lasts]
-        for lasts in (True, False)
+        [m for m in fitted.members if (parted(m.name)[0] in names) is is_own]
+        for is_own in (True, False)
     )
     shown = fitted.regression.shown_columns
     gain = gain_in(block.beyond.inner, shown(block, own), shown(block, others))
@@ -174,18 +196,6 @@ def _covariance(judged: Judged, gaps: Sequence[Gap]) -> dict[str, float]:
         f"{' '.join(key)}, {' '.join(key)}": (0.5 * gaps_found[key].two_sigma) ** 2
         for key in sizes.keys
     }
-
-
-def _cut(gaps: Iterable[Gap]) -> Iterator[str]:
-    """A sentence for each size that was patched at the end of its range."""
-    for cause in (gap.causes[0] for gap in gaps):
-        for size in cause.sizes:
-            end = effect_of(cause.name).parameter(size.name).within(size.value)
-            if end != size.value:
-                yield (
-                    f"{cause.name}: {size.name} is patched at the end of its range, {end:.3g}, for "
-                    f"{size.value:.3g} ± {size.two_sigma:.2g}; a gap of the rest stays"
-                )
 
 
 def _joined(gaps: Iterable[Gap]) -> dict[str, Gap]:

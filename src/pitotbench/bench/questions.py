@@ -132,6 +132,7 @@ def reconcile(
     keep: bool = True,
     close: str | None = None,
     terms: bool = False,
+    choose: str = "",
 ) -> "FullReconciliation":
     """Find where a simulation and measured logs disagree, and name the effect that the simulation
     lacks.
@@ -143,12 +144,14 @@ def reconcile(
     known of the logs beyond their rows (default: what their mapping advises); refly, whether the
     card is flown again with the named effects; progress, called with a line of text at each step;
     mapping, as for `calibrate`; keep, whether the cache of null flights is read and written; close,
-    a name: what is found of the airplane is patched into `./aircraft/<aircraft>+<close>`, and the
+    a name: what is named of the airplane is patched into `./aircraft/<aircraft>+<close>`, and the
     logs are judged again with it, until nothing more closes (`account.closing`); terms, whether all
-    aerodynamic terms of the model's file compete.
+    aerodynamic terms of the model's file compete; choose, the cause to patch of a set that the logs
+    do not tell apart.
     Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch`
     and the figures of each of the `flights`. It shows itself in a notebook. Raises BadInputError
-    for a log that cannot be used, UnknownNameError for an aircraft that is not known.
+    for a log that cannot be used or a choice that is in no set, UnknownNameError for an aircraft that
+    is not known.
     """
     from pitotbench.bench.workflow import NamedLog, reconcile_fully
     from pitotbench.calibration.reduction import one_thread
@@ -192,6 +195,7 @@ def reconcile(
             chosen,
             refly and close is None,
             keep=keep,
+            choose=choose,
         )
         if close is not None:
             found = close_loop(found, close, withheld[0].log if withheld else None, progress, refly)

@@ -9,13 +9,18 @@ from typing import Any
 from pitotbench.bench.workflow import FullReconciliation, bounds_of, entries
 from pitotbench.effects import effect_of
 from pitotbench.logbook.columns import write_text
-from pitotbench.records import BadInputError
+from pitotbench.reconciliation.patches import (
+    beyond_range,
+    is_settled,
+    name_in_case,
+    not_told,
+    with_choice,
+)
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import SURE
 from pitotbench.show.columns import answer_text
-from pitotbench.show.gap_words import sentences
 from pitotbench.show.reader_units import reader_units
-from pitotbench.show.verdict import kind_words
 from pitotbench.show.verdict_tree import account_page
 from pitotbench.simulation.modified import install_variant, overlay_xml
 
@@ -60,14 +65,22 @@ def _write(out: Path, texts: Mapping[str, str]) -> list[str]:
 
 
 def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None) -> list[str]:
-    """Write the patched aircraft as `<aircraft>+<variant>`, and return the lines to print.
+    """Write the aircraft with what is named, or was chosen, as `<aircraft>+<variant>`, and return
+    the lines to print.
 
-    One line names the effects that belong in a case file instead. An existing aircraft is never
-    overwritten. Raises BadInputError where no named effect acts on the aircraft, or where the name
-    is taken.
+    One line names the effects that belong in a case file instead, one those that the log does not
+    tell apart. An existing aircraft is never overwritten. Raises BadInputError where no named
+    effect acts on the aircraft, or where the name is taken, NoAnswerError where a set is told.
     """
-    verdict, aircraft = outcome.verdict, outcome.account.aircraft
-    acting = _of_aircraft(outcome)
+    verdict, aircraft, account = outcome.verdict, outcome.account.aircraft, outcome.account
+    chosen = [with_choice(gap, account.chosen) for gap in verdict.gaps if gap.causes]
+    settled = [gap for gap in chosen if is_settled(gap, account.chosen)]
+    beyond = [line for gap in settled for line in beyond_range(gap.causes[0])]
+    patched = {name_in_case(g.causes[0].name) for g in settled if not [*beyond_range(g.causes[0])]}
+    acting = [each for each in _of_aircraft(outcome) if each.name in patched]
+    open_sets = not_told(verdict.gaps, account.chosen, [each.maneuver for each in account.flights])
+    if not acting and (open_sets or beyond):
+        raise NoAnswerError("; ".join(filter(None, [open_sets, *beyond])))
     if not acting and (verdict.kind in SURE or entries(outcome.patch)):
         raise BadInputError(
             "no named effect acts on the aircraft: put the entries of patch.toml into the case "
@@ -84,16 +97,15 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
         "log": outcome.account.log,
         "verdict": verdict.kind,
         "closure": round(verdict.closure.share, 3),
+        "chosen": account.chosen,
     }
     folder = install_variant(
-        aircraft, variant, acting, provenance | {"two_sigma": bounds_of(verdict.gaps)}, shelf
+        aircraft, variant, acting, provenance | {"two_sigma": bounds_of(settled)}, shelf
     )
-    not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in acting]
+    of_aircraft = _of_aircraft(outcome)
+    not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in of_aircraft]
     lines = [f"written: {folder}; it flies as --aircraft {folder.name}"]
-    if verdict.kind in SURE and verdict.kind != "named":
-        lines.append(
-            f"not sure: {kind_words(verdict)}. {sentences(outcome.account)[0]} {verdict.advice[0]}"
-        )
+    lines += [*filter(None, [open_sets]), *beyond]
     if not_of_aircraft:
         names = ", ".join(not_of_aircraft)
         lines.append(f"not of the aircraft, to be put into the case file from patch.toml: {names}")

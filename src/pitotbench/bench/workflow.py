@@ -26,7 +26,14 @@ from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.maneuvers import floor_left_out, lay_out_maneuvers
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.other_flights import for_channels, hold_out
-from pitotbench.reconciliation.patches import Patch, maneuver_to_fly, name_in_case, patch_of_effects
+from pitotbench.reconciliation.patches import (
+    Patch,
+    maneuver_to_fly,
+    name_in_case,
+    patch_of_effects,
+    require_choice,
+    with_choice,
+)
 from pitotbench.reconciliation.pictures import (
     calibration_change,
     clearest_channel,
@@ -275,12 +282,14 @@ def reconcile_fully(
     setting: AnalysisSetting | None = None,
     refly: bool = True,
     keep: bool = True,
+    choose: str = "",
 ) -> FullReconciliation:
     """Reconcile logs, and fly a card again with what is found.
 
-    `card` is that of all logs that state none of their own. With `refly` the card of the log with
+    `card` is that of all logs that state none of their own. `choose` is the cause to patch of a set
+    that the logs do not tell apart. With `refly` the card of the log with
     the largest gap is flown again. Without `keep` the cache of null flights is neither read nor
-    written. Raises BadInputError for a log that cannot be used.
+    written. Raises BadInputError for a log that cannot be used, and for a choice that is in no set.
     """
     say = progress or (lambda text: None)
     several = [measured] if isinstance(measured, NamedLog) else measured
@@ -293,7 +302,9 @@ def reconcile_fully(
     )
     verdict, source = judged.verdict, ", ".join(each.name for each in logs)
     formula = formula_of(judged)
-    patch = patch_of(judged, source, datetime.now(UTC).strftime("%Y-%m-%d"))
+    require_choice(verdict.gaps, choose)
+    patched = [with_choice(gap, choose) for gap in verdict.gaps]
+    patch = patch_of(judged, source, datetime.now(UTC).strftime("%Y-%m-%d"), patched)
     effects = entries(patch)
     shown = largest_gap(judged.shown)
     main = next(i for i, each in enumerate(judged.shown) if each is shown)
@@ -335,6 +346,7 @@ def reconcile_fully(
             *notices,
             *reported_warnings([*logs, *([holdout] if holdout else [])], verdict),
         ),
+        chosen=choose,
         coefficients=coefficients_along(aircraft, shown, verdict.gaps),
         following=following,
         legs=briefing(aircraft, following),

@@ -17,7 +17,7 @@ from pitotbench.cli.shared_flags import (
     stated_reading,
     tell,
 )
-from pitotbench.records import BadInputError
+from pitotbench.records import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
     from pitotbench.bench.workflow import FullReconciliation
@@ -63,12 +63,22 @@ FLAGS = (
         "judged by its maneuvers (default: for logs of system identification, such as SIDPAC's "
         "fdata)",
     ),
-    flag("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME"),
+    flag(
+        "--apply",
+        metavar="NAME",
+        help="keep the aircraft with what is named as ./aircraft/<aircraft>+NAME",
+    ),
     flag(
         "--close",
         metavar="NAME",
-        help="patch the airplane as ./aircraft/<aircraft>+NAME, judge the log again with it, and "
+        help="patch what is named into ./aircraft/<aircraft>+NAME, judge the log again with it, and "
         "so on until nothing more closes",
+    ),
+    flag(
+        "--choose",
+        metavar="CAUSE",
+        default="",
+        help="patch this cause of a set that the log does not tell apart",
     ),
     flag(
         "--no-cache",
@@ -100,6 +110,9 @@ def run(options: argparse.Namespace) -> int:
     tell(options, lambda: document, lambda: account_tree(outcome.account))
     for line in [*written, *(install(outcome, options.apply) if options.apply else ())]:
         say(line)
+    closing = outcome.account.closing
+    if closing is not None and closing.not_told and not closing.closed:
+        raise NoAnswerError(closing.not_told)
     return 0
 
 
@@ -184,6 +197,7 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         keep=not options.no_cache,
         close=options.close,
         terms=options.terms,
+        choose=options.choose.replace(" ", "_"),
     )
     if not options.record:
         return outcome

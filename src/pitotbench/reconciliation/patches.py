@@ -1,10 +1,11 @@
 """The patch: the named effects as entries of a case file; and the advice what to fly next."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from pitotbench.effects import FORMS, effect_of
-from pitotbench.records.verdict import Candidate
+from pitotbench.records import BadInputError
+from pitotbench.records.verdict import Candidate, Gap
 
 DIGITS = 5  # significant ones of a size: more than any bound needs
 Shapes = Mapping[str, Mapping[str, float]]  # by effect: the time of an event, and the like
@@ -49,6 +50,53 @@ def patch_of_effects(
                 *(f"# {line}".rstrip() for line in alternative),
             ]
     return Patch(tuple(entries), "\n".join(lines) + "\n")
+
+
+def require_choice(gaps: Sequence[Gap], chosen: str) -> None:
+    """Raise BadInputError where a chosen cause is in no set of an answer."""
+    told = [c.name for gap in gaps if not gap.named for c in gap.causes if c.sizes]
+    if chosen and chosen not in told:
+        which = f"choose one of {', '.join(told)}" if told else "no set of causes is told"
+        raise BadInputError(f"--choose {chosen}: the log does not hold it in a set; {which}")
+
+
+def with_choice(gap: Gap, chosen: str) -> Gap:
+    """Return a gap with the chosen cause as the first, where its set holds it."""
+    first = [each for each in gap.causes if each.name == chosen]
+    return replace(gap, causes=(*first, *(c for c in gap.causes if c not in first)))
+
+
+def is_settled(gap: Gap, chosen: str) -> bool:
+    """Whether the cause of a gap is named, or was chosen."""
+    return gap.named or gap.causes[0].name == chosen
+
+
+def beyond_range(cause: Candidate) -> Iterator[str]:
+    """Return a sentence for each size of a cause beyond its range: it is not patched."""
+    for size in cause.sizes:
+        end = effect_of(cause.name).parameter(size.name).within(size.value)
+        if end != size.value:
+            yield (
+                f"{cause.name} is told and not patched: {size.name} comes out at "
+                f"{size.value:.3g} ± {size.two_sigma:.2g}, and its range ends at {end:.3g}"
+            )
+
+
+def not_told(gaps: Sequence[Gap], chosen: str, flown: Sequence[str] = ()) -> str:
+    """Return which causes of the airplane are not patched, because the log does not tell them from
+    others, and what to fly; empty where there are none.
+    """
+    groups = [
+        [cause.name for cause in gap.causes]
+        for gap in gaps
+        if not is_settled(with_choice(gap, chosen), chosen)
+        and any(effect_of(cause.name).acts_on == "aircraft" for cause in gap.causes)
+    ]
+    if not groups:
+        return ""
+    names = "; ".join(", ".join(group) for group in groups)
+    advice = "; ".join(flights_to_fly("one_of", groups, flown))
+    return f"not patched, since the log does not tell which: {names}; {advice}; or --choose one"
 
 
 def name_in_case(name: str) -> str:

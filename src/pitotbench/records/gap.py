@@ -209,9 +209,10 @@ class Closing:
     and what they close of the first gap; `reported` are those that the logs show in addition to the
     patched airplane: of sensors and the air, of a part of a flight, or too small. `coefficients`
     are those of the model's file that were patched. `verdict` is the answer with the patched
-    airplane, `cut` the sizes that were patched at the end of their range, in sentences,
-    `closure_holdout` the share that the patch closes of the held-out log. Without a round the
-    airplane is not written.
+    airplane, `cut` the sizes beyond their range, which are not patched, in sentences,
+    `closure_holdout` the share that the patch closes of the held-out log. `not_told` says which
+    causes are not patched because the log does not tell which of them it is, and what to fly.
+    Without a round the airplane is not written.
     """
 
     aircraft: str
@@ -222,6 +223,7 @@ class Closing:
     verdict: Verdict
     cut: tuple[str, ...] = ()
     closure_holdout: float | None = None
+    not_told: str = ""
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
@@ -238,7 +240,8 @@ class Account(Shown):
     channel of the first picture, and `calibration` what the effects do to a calibration; None
     without a gap or an effect. `warnings` are those of the logs as they were read. `formula`
     describes a gap that the table does not explain; None where there is no such gap, or no formula.
-    `closing` is what closing the loop came to; None where it was not asked for. `coefficients` are
+    `chosen` is the cause that the user chose of a set. `closing` is what closing the loop came to;
+    None where it was not asked for. `coefficients` are
     those of the model's file that a cause changes. `following` is the maneuver to fly next, and
     `legs` the card of it; both are empty where the card of the log was not flown again either.
     """
@@ -260,6 +263,7 @@ class Account(Shown):
     calibration: CalibrationChange | None = None
     warnings: tuple[str, ...] = ()
     closing: Closing | None = None
+    chosen: str = ""
     coefficients: tuple[Coefficient, ...] = ()
     following: str = ""
     legs: tuple[BriefedLeg, ...] = ()

@@ -148,8 +148,14 @@ def sentences(account: Account) -> list[str]:
     lines += map(free_words, verdict.free)
     if verdict.closure.share > 0.0 and any(gap.causes for gap in verdict.gaps):
         lines.append(_closed(account))
-    if verdict.kind in SURE and not (verdict.remains or verdict.doubts):
+    closing = account.closing
+    quiet = closing is None or closing.verdict.kind == "no_gap" or not closing.closed
+    if verdict.kind in SURE and quiet and not (verdict.remains or verdict.doubts):
         lines.append("With that in the model, no significant gap remains.")
+    if account.chosen:
+        lines.append(
+            f"The log does not tell its cause: {words(account.chosen)} was chosen by the user."
+        )
     if account.formula is not None:
         lines += formula_sentences(account.formula)
     if not account.null_flights:
@@ -269,18 +275,27 @@ def _closed(account: Account) -> str:
     return line + "."
 
 
+_NO_PROOF = (
+    "That does not prove the names, for a wrong set may fit this log as well: judge a flight of "
+    "another maneuver with it."
+)
+
+
 def closing_sentences(closing: Closing) -> list[str]:
     """What closing the loop came to: what was patched, what it closes, and what stays unknown."""
     verdict, name = closing.verdict, closing.aircraft
+    cut = [f"{words(each)}." for each in (*closing.cut, closing.not_told) if each]
+    cut = [f"{each[:1].upper()}{each[1:]}" for each in cut]
     if not closing.closed:
-        return [f"No gap of the airplane is told that closes 1 % held out: {name} is not written."]
+        none = "No gap of the airplane is told that closes 1 % held out"
+        return [*cut, f"{name} is not written." if cut else f"{none}: {name} is not written."]
     line = f"{name} is the airplane with what was found of it (rounds: {len(closing.closed)}). "
     line += f"Its patch closes {min(100.0, 100.0 * closing.closed[-1]):.0f} % of the gap held out"
     if closing.closure_holdout is not None:
         line += f", and {100.0 * closing.closure_holdout:.0f} % of that of the held-out log"
-    cut = [f"{words(each)}." for each in closing.cut]
     if verdict.kind == "no_gap":
-        return [f"{line}.", *cut, "Judged again with it, the log shows no significant gap."]
+        quiet = "Judged again with it, the log shows no significant gap."
+        return [f"{line}.", *cut, f"{quiet} {_NO_PROOF}"]
     lines = [f"{line}.", *cut, f"Judged again with it: {_answer(verdict, name)}"]
     if verdict.located and (verdict.remains or not closing.reported):
         places = [f"{words(p.channel)} {words(p.where)}" for p in verdict.located[:3]]

@@ -234,6 +234,7 @@ def closing_json(closing: Closing) -> dict[str, Any]:
         "closed_held_out": list(closing.closed),
         "closure_holdout": closing.closure_holdout,
         "cut": list(closing.cut),
+        "not_told": closing.not_told or None,
         "table": [gap_json(gap) | row for gap, row in zip(closing.gaps, done, strict=True)],
         "left": verdict_json(closing.verdict),
     }
@@ -303,6 +304,7 @@ def account_json(account: Account) -> dict[str, Any]:
         "flights": [flight_json(flight) for flight in account.flights],
         "warnings": list(account.warnings),
         "coefficients": json_rows(COEFFICIENT_COLUMNS, account.coefficients),
+        "chosen": account.chosen or None,
         "closed": account.closing and closing_json(account.closing),
         "next_maneuver": account.following or None,
         "pilot_card": json_rows(LEG_COLUMNS, account.legs),

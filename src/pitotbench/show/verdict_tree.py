@@ -156,7 +156,9 @@ def _closed(account: Account) -> list[Node]:
     if (closing := account.closing) is not None:
         table = Table(closing_columns(closing), closing.gaps, "the gaps, closed")
         said = map(Sentence, closing_sentences(closing))
-        nodes.append(Heading("The loop closed", (*said, table)))
+        is_quiet = closing.closed and closing.verdict.kind == "no_gap"
+        title = "The loop closed" if is_quiet else "The loop, and what stays"
+        nodes.append(Heading(title, (*said, table)))
     return nodes
 
 

@@ -231,7 +231,7 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
     channel = ET.SubElement(system, "channel", name=branch)
     channel.extend(ET.fromstring(on_branch(branch, text)) for text in overlay.filters)
     masses = _next_mass(root)
-    outputs = [(s.path, _with_earlier(root, s.value, overlay)) for s in overlay.settings]
+    outputs = [(s.path, s.value) for s in overlay.settings]
     outputs += [
         (f"inertia/pointmass-weight-lbs[{masses + i}]", mass.weight)
         for i, mass in enumerate(overlay.masses)
@@ -239,7 +239,10 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
     outputs += _gusts(overlay)
     for number, (path, value) in enumerate(outputs):
         component = ET.SubElement(channel, "fcs_function", name=f"{branch}/output-{number}")
-        component.append(_function(None, value, branch))
+        function = _function(None, value, branch)
+        if number < len(overlay.settings):
+            _add_earlier(root, function)
+        component.append(function)
         ET.SubElement(component, "output").text = path
     # Systems run in the order of the file. This one runs after the aircraft's, so that its settings
     # are the last.
@@ -248,17 +251,22 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
     root.insert(position, system)
 
 
-def _with_earlier(root: ET.Element, value: Expression, overlay: Overlay) -> Expression:
-    """The value of a setting by the sizes of an overlay and of those that earlier overlays of the
-    file have for the same effect: of two settings of one property the last one alone counts.
+def _add_earlier(root: ET.Element, function: ET.Element) -> None:
+    """Let a setting read each size together with those that earlier overlays of the file have for
+    the same effect: of two settings of one property the last one alone counts.
     """
-    declared = {element.text for element in root.iterfind("system/property")}
-    for path, _ in overlay.sizes:
-        branches = (element.get("name") or "" for element in root.iterfind("system"))
-        earlier = [each for b in branches if (each := on_branch(b, path)) in declared]
+    declared = [element.text or "" for element in root.iterfind("system/property")]
+    for element in [*function.iter("property")]:
+        own = element.text or ""
+        earlier = [
+            path
+            for path in declared
+            if path.startswith(ROOT) and path.partition("/")[2] == own.partition("/")[2]
+        ]
         if earlier:
-            value = re.sub(rf"<property>{path}</property>", total(path, *earlier), value)
-    return value
+            element.tag, element.text = "sum", None
+            for path in (own, *earlier):
+                ET.SubElement(element, "property").text = path
 
 
 def _gusts(overlay: Overlay) -> list[tuple[str, Expression]]:

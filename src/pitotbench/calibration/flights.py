@@ -16,9 +16,13 @@ from pitotbench.calibration.prediction import curve_airspeeds
 from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, scale_of
 from pitotbench.calibration.result import assemble
 from pitotbench.estimation.mixture import Posterior
-from pitotbench.logbook.checks import flights_in, require_one_airplane
+from pitotbench.logbook.checks import (
+    flights_between_stops,
+    flights_in,
+    require_one_airplane,
+)
 from pitotbench.logbook.same_flight import overlap, recorders
-from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records import BadInputError, NoAnswerError, UndeterminedError
 from pitotbench.records.calibration import (
     CalibratedFlight,
     Calibration,
@@ -364,9 +368,24 @@ def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
 
 def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:
     """Cut a log into its flights and reduce each; one part, the whole log, where fewer than two
-    give an answer.
+    give an answer. Where no one wind fits the whole, it is cut at shorter pauses and at stops.
     """
-    flights = flights_in(log)
+    found = _answered(flights_in(log), place, reduce)
+    if len(found) >= _FEWEST:
+        return found
+    try:
+        return [_Part(log, reduce(log), place, 1, 1)]
+    except UndeterminedError:
+        found = _answered(flights_between_stops(log), place, reduce)
+        if len(found) < _FEWEST:
+            raise
+        return found
+
+
+def _answered(
+    flights: Sequence[FlightLog], place: int, reduce: Callable[[FlightLog], T]
+) -> list[_Part[T]]:
+    """The flights of a log that have an answer; none of a log that is not cut."""
     found: list[_Part[T]] = []
     missing: list[int] = []
     for number, flight in enumerate(flights if len(flights) > 1 else [], start=1):
@@ -374,8 +393,6 @@ def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list
             found.append(_Part(flight, reduce(flight), place, number, len(flights)))
         except (NoAnswerError, BadInputError):
             missing.append(number)
-    if len(found) < _FEWEST:
-        return [_Part(log, reduce(log), place, 1, 1)]
     return [replace(part, left_out=tuple(missing)) for part in found]
 
 

@@ -30,13 +30,39 @@ BETWEEN_FLIGHTS = 300.0  # s: in five minutes without a record an airplane lands
 _SHOWN = 3
 
 
+# s: a pause or a stop on the ground, after which a wind that does not fit the rows before may be
+# another one
+STOP = 20.0
+
+
 def flights_in(log: FlightLog) -> list[FlightLog]:
     """The log cut at every pause of more than five minutes; a list of the log alone where there is
     none.
 
     A part of a single row, which is no log, is left out.
     """
-    parts = stretches(log.time, flight_breaks(log.time))
+    return _cut(log, flight_breaks(log.time))
+
+
+def flights_between_stops(log: FlightLog) -> list[FlightLog]:
+    """The log cut at every pause and every stop on the ground of at least `STOP`, as in a taxi back
+    to the runway; else as `flights_in`.
+    """
+    after = pauses(log.time)
+    slow = np.hypot(log.velocity_north, log.velocity_east) < TAXI
+    begins = np.flatnonzero(slow & ~np.append(True, slow[:-1]))
+    ends = np.flatnonzero(slow & ~np.append(slow[1:], True))[-len(begins) :]
+    stops = [
+        begin
+        for begin, end in zip(begins, ends, strict=False)
+        if log.time[end] - log.time[begin] >= STOP
+    ]
+    paused = after[np.diff(log.time)[after - 1] >= STOP]
+    return _cut(log, np.union1d(paused, np.array(stops, dtype=np.intp)))
+
+
+def _cut(log: FlightLog, breaks: Indices) -> list[FlightLog]:
+    parts = stretches(log.time, breaks)
     if len(parts) == 1:
         return [log]
     return [log.part(np.arange(p.start, p.stop)) for p in parts if p.stop - p.start > 1]

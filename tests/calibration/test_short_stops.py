@@ -1,0 +1,57 @@
+"""Two flights in one log with a short stop between them, in another wind."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.calibration import trajectories as fixture
+
+from pitotbench import FlightLog
+from pitotbench.bench.calibrations import options_of
+from pitotbench.calibration import calibrate_flights
+
+WIND = np.array([6.0, -5.0])  # m/s by which the second flight meets more
+
+
+def joined(first: FlightLog, second: FlightLog) -> FlightLog:
+    return FlightLog(
+        **{
+            name: np.concatenate([v, second.channels()[name]])
+            for name, v in first.channels().items()
+        },
+        header=first.header,
+    )
+
+
+def later(log: FlightLog, before: FlightLog, pause: float) -> FlightLog:
+    return replace(log, time=log.time - log.time[0] + before.time[-1] + pause)
+
+
+def flown(seed: int, wind: np.ndarray) -> FlightLog:
+    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(), seed=seed)
+    north, east = wind
+    return replace(
+        log, velocity_north=log.velocity_north + north, velocity_east=log.velocity_east + east
+    )
+
+
+def at_rest(log: FlightLog, seconds: float) -> FlightLog:
+    """The rows of a taxi back to the runway: the recorder goes on."""
+    rows = log.select(np.arange(round(seconds * 10)))
+    still = dict.fromkeys(("velocity_north", "velocity_east"), np.full(len(rows), 2.0))
+    return replace(rows, **still, impact_pressure=np.full(len(rows), 1.0))
+
+
+@pytest.mark.parametrize("between", ["pause of 30 s", "pause of 200 s", "taxi back"])
+def test_two_flights_a_short_stop_apart_have_a_wind_each(between):
+    first, second = flown(1, np.zeros(2)), flown(51, WIND)
+    if between == "taxi back":
+        rest = later(at_rest(first, 120.0), first, 0.1)
+        log = joined(joined(first, rest), later(second, rest, 0.1))
+    else:
+        log = joined(first, later(second, first, float(between.split()[2])))
+    found = calibrate_flights([log], options_of())
+    assert [(each.number, each.count) for each in found] == [(1, 2), (2, 2)]
+    winds = [each.calibration.known_wind for each in found]
+    more = [winds[1].north.value - winds[0].north.value, winds[1].east.value - winds[0].east.value]
+    np.testing.assert_allclose(more, WIND, atol=1.0)

@@ -39,6 +39,7 @@ COMMANDS = {
     "parameters": "pitotlab.deliverables:parameters_command",
     "drills": "pitotlab.drills.costs:command",
     "broken": "pitotlab.broken.measure:command",
+    "broken scales": "pitotlab.broken.scales:command",
 }
 
 

@@ -14,6 +14,7 @@ from pitotbench.broken import find_broken, follow, parts_of
 from pitotbench.calibration import calibrate
 from pitotbench.cli import main
 from pitotbench.logbook.plausibility import SPEED_FACTOR
+from pitotbench.records.log import UNITS_BY
 from pitotbench.units import KNOT
 from pitotlab.broken.breaks import BASE, CLIMBING, KINDS, broken_columns, ports_of
 from pitotlab.broken.measure import BrokenRow, _kept, _write, answer_of, outcome_of
@@ -107,12 +108,17 @@ def shown(log: FlightLog, factor: float) -> FlightLog:
 
 
 @pytest.mark.parametrize(
-    ("factor", "meaning"),
-    [(0.869, "miles per hour that is read as knots"), (1.852, "read as kilometers per hour")],
+    ("factor", "meaning", "usable"),
+    [
+        (0.869, "miles per hour that is read as knots", True),
+        (1.852, "read as kilometers per hour", False),
+    ],
 )
-def test_a_factor_that_a_unit_makes_as_well_names_both_and_is_not_to_be_used(factor, meaning):
-    found = calibrate(shown(flown(), factor), CalibrationOptions())
-    assert not found.usable
+def test_a_factor_that_a_unit_makes_as_well_names_both(factor, meaning, usable):
+    """Only one that no sensor has is not to be used."""
+    log = replace(shown(flown(), factor), header={UNITS_BY: {"air_data": "named"}})
+    found = calibrate(log, CalibrationOptions())
+    assert found.usable == usable
     assert found.scale.factor == pytest.approx(factor, abs=found.scale.two_sigma)
     assert any(meaning in each for each in found.scale.units)
 
@@ -151,7 +157,7 @@ def test_the_old_ratio_of_a_log_is_turned_into_the_new_one():
 def test_a_true_airspeed_in_the_indicated_column_is_named():
     answer, says = answer_of(shared_case("19-tas-in-the-ias-column.csv"))
     assert "true airspeed in the column of the indicated one" in says
-    assert not answer.usable
+    assert answer.usable
 
 
 def test_a_copy_of_the_ground_speed_is_told_by_the_noise_of_the_receiver():

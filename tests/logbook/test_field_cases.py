@@ -269,6 +269,6 @@ def test_a_true_airspeed_that_is_too_high_by_as_much_at_all_speeds_is_answered()
 
 def test_a_true_airspeed_in_the_column_of_the_indicated_one_is_named():
     found = answer_of("19-tas-in-the-ias-column.csv")
-    assert not found.usable
+    assert found.usable
     assert "true airspeed in the column of the indicated one" in found.scale.units[0]
-    assert any(each.kind == "scale" and each.fatal for each in found.disagreements)
+    assert any("true airspeed in the column" in each for each in found.warnings)

@@ -97,7 +97,7 @@ def test_no_rule_judges_an_answer_that_is_not_to_be_used(result):
     assert not judgments(told)
     first, second, *_ = _terminal(told).splitlines()
     assert first == "Do not use this answer: the samples lie off the curve."
-    assert second.startswith("Add ")
+    assert second.startswith("The wind is ")
     assert "FAR" not in _terminal(told)
 
 

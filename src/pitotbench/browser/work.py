@@ -273,7 +273,8 @@ def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings |
     from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 
     name = stated_parameters(request.parameters)[0] if request.parameters else ""
-    return autopilot_settings(flight.calibration, name) if name else None
+    known = name and flight.calibration.usable
+    return autopilot_settings(flight.calibration, name) if known else None
 
 
 def take(tell: Tell, request: Request, kind: str, units: Units) -> None:

@@ -45,7 +45,6 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     """
     from pitotbench.calibration.reduction import reduce_log
     from pitotbench.calibration.result import assemble
-    from pitotbench.calibration.scale import with_scale
 
     chosen = options or CalibrationOptions()
     with one_thread(), _named_cause([log], chosen):
@@ -53,7 +52,7 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
             found = assemble(reduce_log(log, chosen))
         except OneHeadingError as error:
             found = _by_height(log, chosen, error)
-        return with_scale(_judged(found, log), log, chosen)
+        return _held_up(CalibratedFlight(log, _judged(found, log), 0), chosen).calibration
 
 
 def calibrate_flights(
@@ -84,11 +83,24 @@ def calibrate_flights(
             replace(each, calibration=_judged(each.calibration, each.log)) for each in flights
         )
         if first is not None:
-            first(judged)
-        return tuple(
-            replace(each, calibration=with_scale(each.calibration, each.log, chosen))
-            for each in judged
-        )
+            first(
+                tuple(
+                    replace(each, calibration=with_scale(each.calibration, each.log, None))
+                    for each in judged
+                )
+            )
+        return tuple(_held_up(each, chosen) for each in judged)
+
+
+def _held_up(flight: CalibratedFlight, options: CalibrationOptions) -> CalibratedFlight:
+    """Return a flight whose answer is held against another reading of its columns: the factor on
+    the airspeed, and what each finding would move.
+    """
+    from pitotbench.calibration.readings import with_readings
+    from pitotbench.calibration.scale import with_scale
+
+    scaled = replace(flight, calibration=with_scale(flight.calibration, flight.log, options))
+    return replace(scaled, calibration=with_readings(scaled, options))
 
 
 def _by_height(log: FlightLog, options: CalibrationOptions, error: OneHeadingError) -> Calibration:
@@ -151,7 +163,7 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
         wash, sensor = propwash_effect(calibration.residuals, log), log.header.get(SENSOR, 1)
         recorded = RecordedAutopilot(parameters, wash, sensor if isinstance(sensor, int) else 1)
         calibration = replace(calibration, autopilot=recorded)
-    require_useful(calibration)
+    require_useful(calibration, log)
     curve = calibration.curve
     verdict = judge_curve(
         curve.indicated_airspeed, curve.normalized_pressure_error, curve.normalized_two_sigma

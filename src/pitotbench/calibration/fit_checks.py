@@ -81,9 +81,13 @@ def heading_spread(obs: Observations) -> float:
     return float(np.min(wrapped[keep - 1 : keep - 1 + len(track)] - wrapped[: len(track)]))
 
 
-def require_useful(calibration: Calibration) -> None:
+_ONE_LINE = 0.9  # of the mean of e^2iψ: tracks within some 13° of a line, as out and back on a road
+
+
+def require_useful(calibration: Calibration, log: FlightLog) -> None:
     """Raise NoAnswerError where 2σ of half the curve, or of the best known wind, is above 10 kt or
-    not finite.
+    not finite. The wind across a line that was flown out and back is unknown, and the curve holds
+    that.
     """
     wind = min(
         (max(each.north.two_sigma, each.east.two_sigma) for each in calibration.winds), default=0.0
@@ -94,7 +98,9 @@ def require_useful(calibration: Calibration) -> None:
             "the log does not determine the answer: no bound can be given; check the clock, the "
             f"units and the columns, or {FLY_HEADINGS}"
         )
-    if max(wind, curve) > USELESS:
+    north, east = (v[calibration.residuals.used] for v in (log.velocity_north, log.velocity_east))
+    line = abs(np.mean(np.exp(2j * np.arctan2(east, north)))) > _ONE_LINE
+    if max(curve, 0.0 if line else wind) > USELESS:
         raise UndeterminedError(
             f"the log does not determine the answer: 2σ would be {curve / KNOT:.1f} kt on the "
             "curve and "

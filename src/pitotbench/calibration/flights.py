@@ -248,7 +248,7 @@ def _of_one_curve(
     def reduce(log: FlightLog) -> tuple[Reduction, Calibration]:
         reduction = reduce_log(log, options, scale, rows.pop(id(log), None))
         alone = assemble(reduction)
-        require_useful(alone)
+        require_useful(alone, log)
         return reduction, alone
 
     parts = list[_Part[tuple[Reduction, Calibration]]]()

@@ -15,7 +15,7 @@ from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, Disagreement, RecordedAutopilot, Scale
-from pitotbench.records.log import Caution, FlightLog
+from pitotbench.records.log import GUESSED, NAMED, Caution, FlightLog
 from pitotbench.units import Array
 
 
@@ -28,55 +28,95 @@ class ScaleLimits:
     reported: float = 0.05  # from 1, beyond which it is reported: usual position errors are below
     zero: float = 100.0  # Pa, 2σ of the sensor's zero: that of an autopilot's sensor
     gain: float = 0.5  # of a factor, in logarithms: where the gain makes less, it is a zero
-    half: float = 0.06  # of the factor, by which a sensor that reads half may differ
     own: float = 0.02  # 2σ of an airplane's own position error, relative to a true airspeed
     dense: float = 0.04  # by which true and indicated airspeed must differ to be distinguished
+    told: float = 0.05  # odds from which another cause is named beside the factor
+    sure: float = 0.8  # odds of all mistakes of unit from which the answer is not to be used
 
 
 LIMITS = ScaleLimits()
-# Factors that a unit makes: what the column holds, and what it is read as.
-UNITS = {
-    0.8690: "an airspeed in miles per hour that is read as knots",
-    0.5400: "an airspeed in kilometers per hour that is read as knots",
-    0.5925: "an airspeed in feet per second that is read as knots",
-    1.1508: "an airspeed in knots that is read as miles per hour",
-    1.8520: "an airspeed in knots that is read as kilometers per hour",
-    1.9438: "an airspeed in m/s that is read as knots, or a GPS velocity in knots read as m/s",
-    0.5144: "a GPS velocity in m/s that is read as knots",
-    2.2369: "a GPS velocity in miles per hour that is read as m/s",
-    0.4470: "a GPS velocity in m/s that is read as miles per hour",
-}
+# 1σ of the logarithm of a sensor's own factor: ARSPD_RATIO lies between 1.5 and 3 about 2.
+_SPREAD = 0.15
+
+
+@dataclass(frozen=True, slots=True)
+class _Cause:
+    """Another cause of a factor: the factor that it makes with the 1σ of its logarithm, its odds
+    against a sensor's own factor before the log is looked at, and the units that must not be fixed.
+
+    The odds are a judgment: one column in a hundred is in another unit than it says.
+    """
+
+    words: str
+    factor: float
+    of: tuple[str, ...]  # of `FlightLog.units_by`; empty for a sensor, which no format fixes
+    odds: float = 0.01
+    spread: float = 0.5 * LIMITS.reported  # the airplane's own error is in the factor
+
+
+_AIR, _GPS = ("air_data",), ("velocity",)
+CAUSES = (
+    _Cause("an airspeed in miles per hour that is read as knots", 0.8690, _AIR),
+    _Cause("an airspeed in kilometers per hour that is read as knots", 0.5400, _AIR),
+    _Cause("an airspeed in feet per second that is read as knots", 0.5925, _AIR),
+    _Cause("an airspeed in knots that is read as miles per hour", 1.1508, _AIR),
+    _Cause("an airspeed in knots that is read as kilometers per hour", 1.8520, _AIR),
+    _Cause("an airspeed in m/s that is read as knots", 1.9438, _AIR),
+    _Cause("an airspeed in knots that is read as m/s", 0.5144, _AIR),
+    _Cause("a GPS velocity in knots that is read as m/s", 1.9438, _GPS),
+    _Cause("a GPS velocity in m/s that is read as knots", 0.5144, _GPS),
+    _Cause("a GPS velocity in miles per hour that is read as m/s", 2.2369, _GPS),
+    _Cause("a GPS velocity in m/s that is read as miles per hour", 0.4470, _GPS),
+    _Cause("a sensor that shows half of the airspeed", 2.0, (), 0.001, 0.04),
+    _Cause("a sensor that shows half of the impact pressure", float(np.sqrt(2.0)), (), 0.01, 0.04),
+)
+_TRUE_AIRSPEED = 0.05  # odds of a true airspeed in the column of the indicated one, likewise
 _STEP = 1e-4  # of Δp/q_c, and Pa, for the derivative of the factor
 _OVER = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the impact pressures of the log
-_HALVES = {2.0: "half of the airspeed", float(np.sqrt(2.0)): "half of the impact pressure"}
 
 
-def with_scale(result: Calibration, log: FlightLog, options: CalibrationOptions) -> Calibration:
-    """Return a calibration with its factor on the airspeed.
+def with_scale(
+    result: Calibration, log: FlightLog, options: CalibrationOptions | None
+) -> Calibration:
+    """Return a calibration with its factor on the airspeed: that of the curve without `options`,
+    else of a fit of its own where it may be large.
 
-    A large factor is reported, and one that a unit makes as well is not to be used.
+    A large factor is reported with what else may make it. One that no sensor has and a mistake of
+    unit makes is not to be used.
     """
     if result.wind is None or any(each.code == BROKEN for each in result.warnings):
         return result  # what is broken explains a factor
     scale = _of_curve(result)
     # Where a temperature is assumed, the mean of the curve depends on the law that was chosen.
     assumed = log.air_temperature is None and log.total_temperature is None
-    if assumed or abs(scale.factor - 1.0) + scale.two_sigma > LIMITS.refined:
+    if options and (assumed or abs(scale.factor - 1.0) + scale.two_sigma > LIMITS.refined):
         scale = _refined(scale, log, options)
-    known = abs(scale.factor - 1.0) > scale.two_sigma
-    scale = replace(scale, units=tuple(_meanings(result, scale, log)) if known else ())
-    result = replace(result, scale=scale)
-    if scale.units:
-        words = (
-            f"{_factor_words(scale)}, and so would {' or '.join(scale.units)}: the log does not "
-            "tell which; look into the recorder's settings before you use either"
+    if abs(scale.factor - 1.0) <= scale.two_sigma:
+        return replace(result, scale=scale)
+    odds = _odds(result, scale, log)
+    # A true airspeed is not among them: with its factor the airspeed is right at this height.
+    units = sum(share for cause, share in odds if cause.of and cause in CAUSES)
+    told = [each for each in odds if each[1] >= LIMITS.told]
+    named = [f"{cause.words} ({100.0 * share:.0f} %)" for cause, share in told]
+    meant = tuple(cause.words for cause, _ in told if cause.of)
+    result = replace(result, scale=replace(scale, units=meant))
+    # One cause, one story: a unit explains the size of the curve as well.
+    told_by = (SPEED_FACTOR, *(["curve size"] if units > LIMITS.sure else []))
+    others = tuple(each for each in result.warnings if each.code not in told_by)
+    if units > LIMITS.sure:
+        reported = (
+            f"the airspeed reads {1.0 / scale.factor:.2f} times the right one, which is "
+            f"{' or '.join(named)}: name the column by its unit"
         )
-        reported = Disagreement("scale", words, 0.0, fatal=True)
-        result = replace(result, disagreements=(*result.disagreements, reported))
-    if known and abs(scale.factor - 1.0) > LIMITS.reported:
-        words = f"{_factor_words(scale)}{_settings(result, scale)}{_half(scale)}"
-        caution = Caution(words, "scale", size=scale.factor)
-        others = [each for each in result.warnings if each.code != SPEED_FACTOR]
+        finding = Disagreement("scale", reported, 0.0, fatal=True)
+        return replace(result, disagreements=(finding, *result.disagreements), warnings=others)
+    if meant or abs(scale.factor - 1.0) > LIMITS.reported:
+        says = f"{_factor_words(scale)}{_settings(result, scale)}"
+        words = [each for each, (cause, _) in zip(named, told, strict=True) if cause.of]
+        if words:
+            says = f"{says}. {words[0][0].upper()}{' or '.join(words)[1:]} does so as well"
+        says += "".join(_half(cause) for cause, _ in told if not cause.of)
+        caution = Caution(says, "scale", size=scale.factor)
         result = replace(result, warnings=(caution, *others))
     return result
 
@@ -126,10 +166,36 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
     return Scale(float(np.mean(here)), float(np.hypot(bound, 0.5 * np.ptp(here))))
 
 
-def _meanings(result: Calibration, scale: Scale, log: FlightLog) -> list[str]:
-    """What else makes such a factor, in words."""
-    found = [words for ratio, words in UNITS.items() if abs(scale.factor - ratio) < scale.two_sigma]
-    # What a true airspeed as large as the shown one would be as a calibrated airspeed.
+def _odds(result: Calibration, scale: Scale, log: FlightLog) -> list[tuple[_Cause, float]]:
+    """The probability of each other cause of such a factor, the greatest first. What a recorder's
+    format fixes is none.
+    """
+    by = log.units_by
+    free = {name for name, what in by.items() if what in (NAMED, GUESSED)}
+    causes = [each for each in CAUSES if free.issuperset(each.of)]
+    if "air_data" in free:
+        causes += _true_airspeed(result, log)
+    off = [np.log(scale.factor / each.factor) for each in causes]
+    unsure = 0.5 * scale.two_sigma / scale.factor
+    spreads = [float(np.hypot(each.spread, unsure)) for each in causes]
+    weights = [
+        each.odds * _density(distance, spread)
+        for each, distance, spread in zip(causes, off, spreads, strict=True)
+    ]
+    own = _density(np.log(scale.factor), float(np.hypot(_SPREAD, unsure)))
+    whole = own + sum(weights)
+    found = [(each, weight / whole) for each, weight in zip(causes, weights, strict=True)]
+    return sorted(found, key=lambda pair: -pair[1])
+
+
+def _density(distance: float, spread: float) -> float:
+    return float(np.exp(-0.5 * (distance / spread) ** 2) / spread)
+
+
+def _true_airspeed(result: Calibration, log: FlightLog) -> list[_Cause]:
+    """A true airspeed in the column of the indicated one, where it would leave no more of the curve
+    than an airplane's own error.
+    """
     static, shown = float(np.median(log.static_pressure)), result.curve.indicated_airspeed
     height = air.pressure_altitude(static)
     temperature = float(air.standard_temperature(height))
@@ -140,12 +206,12 @@ def _meanings(result: Calibration, scale: Scale, log: FlightLog) -> list[str]:
     left = (shown + result.curve.correction) / right - 1.0
     bound = np.hypot(float(np.median(result.curve.two_sigma / shown)), LIMITS.own)
     dense = float(np.mean(right / shown))
-    if abs(dense - 1.0) > LIMITS.dense and float(np.max(np.abs(left))) < bound:
-        found.append(
-            "a true airspeed in the column of the indicated one (the air density makes "
-            f"{dense:.3f})"
-        )
-    return found
+    if abs(dense - 1.0) <= LIMITS.dense or float(np.max(np.abs(left))) >= bound:
+        return []
+    words = (
+        f"a true airspeed in the column of the indicated one (the air density makes {dense:.3f})"
+    )
+    return [_Cause(words, dense, _AIR, _TRUE_AIRSPEED)]
 
 
 def _factor_words(scale: Scale) -> str:
@@ -169,13 +235,5 @@ def _settings(result: Calibration, scale: Scale) -> str:
     )
 
 
-def _half(scale: Scale) -> str:
-    near = [
-        words
-        for ratio, words in _HALVES.items()
-        if abs(scale.factor - ratio) < max(LIMITS.half * ratio, scale.two_sigma)
-    ]
-    return "".join(
-        f". A sensor that shows {words} does so: check its range setting, and its tube for a leak"
-        for words in near
-    )
+def _half(cause: _Cause) -> str:
+    return f". {cause.words.capitalize()} does so: check its range setting, and its tube for a leak"

@@ -140,7 +140,9 @@ def run(options: argparse.Namespace) -> int:
         NamedFlight(
             str(path),
             flight,
-            autopilot_settings(flight.calibration, autopilot) if autopilot else None,
+            autopilot_settings(flight.calibration, autopilot)
+            if autopilot and (flight.calibration.usable or options.parameter_file)
+            else None,
         )
         for path, flight in _reduced(options, bundled)
     ]

@@ -28,7 +28,7 @@ from pitotbench.logbook.columns import (
 )
 from pitotbench.logbook.draft import Draft
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
-from pitotbench.records.log import Caution
+from pitotbench.records.log import GUESSED, NAMED, PRESSURE, UNITS_BY, UNITS_OF_A_LOG, Caution
 from pitotbench.units import Array, Booleans, Seconds, from_si, to_si
 
 # 2σ of a value known to one step, in steps.
@@ -54,9 +54,23 @@ def derive(draft: Draft, header: dict[str, Any]) -> None:
         from pitotbench.logbook.temperature import take_day  # most logs hold a temperature
 
         take_day(draft, str(header[DAY]), header)
+    _units_by(draft, header)
     _airspeed(draft, header)
     _velocity(draft, header)
     _heading(draft)
+
+
+def _units_by(draft: Draft, header: dict[str, Any]) -> None:
+    """Note what fixes the units of air data and velocity, in the header where it is not the usual
+    of a log, a pressure and a named velocity. The reader's word is there before, none for `named`.
+    """
+    by = header.pop(UNITS_BY, NAMED)
+    if isinstance(by, str):  # else the file is a log that was read before, which states it
+        pressure = {"impact_pressure", "total_pressure"} & set(draft.channels)
+        by = {"air_data": PRESSURE if pressure and by != GUESSED else by, "velocity": by}
+    draft.units_by = dict(by)
+    if draft.units_by != UNITS_OF_A_LOG:
+        header[UNITS_BY] = draft.units_by
 
 
 def _time(draft: Draft, header: dict[str, Any]) -> None:

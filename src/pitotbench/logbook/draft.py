@@ -62,6 +62,7 @@ class Draft:
     misnamed: dict[str, str] = field(default_factory=dict)  # why a name of ours is not read
     clock: bool = False  # whether the time comes from clock times
     start: float | None = None  # s, the first row of the log of which a part is kept
+    units_by: dict[str, str] = field(default_factory=dict)  # as `FlightLog.units_by`
 
     def keep(self, good: Booleans) -> None:
         """Keep only the rows where `good` is true, (n,).

@@ -40,6 +40,7 @@ from pitotbench.logbook.synonyms import (
     USUAL_UNITS,
 )
 from pitotbench.records import BadInputError
+from pitotbench.records.log import GUESSED, UNITS_BY
 from pitotbench.units import Array, to_si
 
 # A unit stands in brackets, or behind a semicolon; braces after `_` are a subscript: V_{North}.
@@ -662,7 +663,8 @@ def fill_units(table: Table) -> Table:
             units = ", or else ".join(guess.units)
             notes.append(f"column {guess.theirs!r} states no unit: by its values {units}")
     names = tuple(named.get(name, name) for name in table.names)
-    return replace(table, names=names, warnings=tuple(notes))
+    by = {UNITS_BY: GUESSED} if named else {}
+    return replace(table, names=names, header={**table.header, **by}, warnings=tuple(notes))
 
 
 _SHOWN = 40  # columns left over that are listed

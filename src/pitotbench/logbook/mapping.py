@@ -4,7 +4,7 @@ files.
 
 import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib import resources
 from pathlib import Path
@@ -55,7 +55,8 @@ class Mapping:
     time base.
 
     `refuse` says why such a log cannot be calibrated, empty where it can. `kind` is that of the
-    aircraft that carry such a recorder, such as `drone`; empty where any may.
+    aircraft that carry such a recorder, such as `drone`; empty where any may. `shipped`: it is of a
+    recorder's own format, which prescribes the units.
     """
 
     title: str
@@ -63,6 +64,7 @@ class Mapping:
     calibrate: dict[str, str | float | bool | dict[str, float]]
     refuse: str = ""
     kind: str = ""
+    shipped: bool = False
 
 
 JOINS = ("last", "nearest", "linear")
@@ -85,7 +87,7 @@ def find_mapping(name: str | Path) -> Mapping:
     """
     path = Path(name)
     if path.suffix != ".toml":
-        return parse_mapping(str(name), shipped()[str(name)])
+        return replace(parse_mapping(str(name), shipped()[str(name)]), shipped=True)
     with within(f"mapping {path}"):
         require_regular(path)
         try:

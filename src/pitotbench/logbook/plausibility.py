@@ -18,7 +18,7 @@ from pitotbench.logbook.plausible_air import (
     temperature_ratio,
 )
 from pitotbench.records import BadInputError
-from pitotbench.records.log import Caution
+from pitotbench.records.log import FORMAT, Caution
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
 
@@ -239,7 +239,7 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     ground = float(np.median(np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])))
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
     fits, gains = _fits(draft, flown, factor, (airspeed, ground)), _gains(draft, factor)
-    others = [] if fits else _other_guesses(draft, factor, float(impact[1]), bool(gains))
+    others = [] if fits else _other_guesses(draft, factor, impact, bool(gains))
     words = (
         f"{_columns(draft)}: the air data say about {airspeed:.0f} m/s, the GPS "
         f"{ground:.0f} m/s with the wind taken off: "
@@ -259,10 +259,13 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
 
 
 def _fits(draft: Draft, flown: FlownRows, factor: Factor, speeds: tuple[float, float]) -> list[str]:
-    """The mistakes of unit that fit, with the columns to write. One of the velocity is tried with a
+    """The mistakes of unit that fit, with the columns to write; none where a recorder's format
+    prescribes the units. One of the velocity is tried with a
     new fit of the wind where it brings the ground speed near the airspeed, `speeds` [m/s] of air
     data and GPS; one of the impact pressure leaves the wind as it is.
     """
+    if draft.units_by["velocity"] == FORMAT:
+        return []
     fits, (airspeed, ground) = list[str](), speeds
     needed = 1.0 + float(factor.excess[1])
     for suffix, times in other_units(draft, "velocity_north"):
@@ -292,26 +295,29 @@ def _gains(draft: Draft, factor: Factor) -> list[str]:
     ]
 
 
-def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float, gained: bool) -> list[str]:
+def _other_guesses(draft: Draft, factor: Factor, impact_pressure: Array, gained: bool) -> list[str]:
     """What may be wrong where no unit fits."""
     north, impact = draft.columns["velocity_north"], draft.columns["impact_pressure"]
-    guesses = []
     offset = _offset(factor, impact_pressure)
     if abs(offset) > _SMALL_ZERO:
-        guesses.append(
-            f"{impact!r} looks as if it had a zero offset of {offset:+.0f} Pa: check its zero"
-        )
-    return guesses or ([] if gained else [f"check units and zero of {impact!r} and {north!r}"])
+        return [f"{impact!r} looks as if it had a zero offset of {offset:+.0f} Pa: check its zero"]
+    needed = np.sqrt(max(1.0 + float(factor.excess[1]), 1e-6))
+    words = f"multiply the airspeed by {needed:.2f}, or check units and zero of {impact!r}"
+    return [] if gained else [f"{words} and {north!r}"]
 
 
-def _offset(factor: Factor, impact_pressure: float) -> float:
-    """The zero offset that would explain the difference [Pa]; 0 where none does that a gauge may
-    have.
+def _offset(factor: Factor, impact_pressure: Array) -> float:
+    """The zero offset that would explain the difference [Pa], by the impact pressures of `excess`,
+    (3,); 0 where a gauge has none so large, and where a factor explains it and a zero does not.
     """
-    if abs(factor.zero) > _ZERO_LEADS * abs(factor.scale - 1.0) * impact_pressure:
+    usual = float(impact_pressure[1])
+    if abs(factor.zero) > _ZERO_LEADS * abs(factor.scale - 1.0) * usual:
         return -factor.zero
-    offset = -float(factor.excess[1]) * impact_pressure
-    return offset if abs(offset) <= LIMITS.zero_allowed else 0.0
+    offset = -float(factor.excess[1]) * usual
+    # What a zero adds falls as the impact pressure grows, what a factor adds does not.
+    left = np.abs(factor.excess + offset / impact_pressure)
+    fits = bool(np.all(left < LIMITS.sigmas * factor.spread))
+    return offset if fits and abs(offset) <= LIMITS.zero_allowed else 0.0
 
 
 _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn

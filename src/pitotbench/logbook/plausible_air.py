@@ -83,6 +83,8 @@ class Limits:
 
 
 LIMITS = Limits()
+# Codes of findings that the calibration measures by what they move.
+NO_AIR, NO_TOTAL, HEIGHT = "no air temperature", "no total temperature", "height and pressure"
 _ROWS = 20_000  # that medians and slopes are taken over: more would only take time
 
 
@@ -244,18 +246,21 @@ def _check_rise(draft: Draft, name: str) -> None:
             if slope < 0.5 * LIMITS.rise_low
             else "total_temperature in another unit"
         )
-        draft.warnings.append(
+        words = (
             f"column {draft.columns[name]!r}: a total temperature rises with the airspeed, this "
             f"one {slope:.2f} "
             f"times as much as it should: it looks like {likely}"
         )
+        code = NO_TOTAL if likely == "air_temperature" else "suspect"
+        draft.warnings.append(Caution(words, code, draft.columns[name], slope))
     if not total and slope > LIMITS.rise_of_air + margin:
-        draft.warnings.append(
+        words = (
             f"column {draft.columns[name]!r}: an air temperature does not rise with the airspeed, "
             "this one rises "
             f"{slope:.2f} times as much as a total temperature: name the column "
             f"total_temperature_{draft.suffixes[name]}"
         )
+        draft.warnings.append(Caution(words, NO_AIR, draft.columns[name], slope))
 
 
 def check_height(draft: Draft) -> None:
@@ -302,7 +307,8 @@ def check_height(draft: Draft) -> None:
         names = " or ".join(f"altitude_{s}" for s in other_height)
         draft.leave_out("altitude", f"{words}; the height would fit {names}: name the column so")
         return
-    draft.warnings.append(f"{words}: no weather explains that; check the unit and the zero of both")
+    words = f"{words}: no weather explains that; check the unit and the zero of both"
+    draft.warnings.append(Caution(words, HEIGHT, draft.columns["altitude"]))
 
 
 def _fits(draft: Draft, static: Array, height: Array) -> bool:

@@ -23,7 +23,7 @@ from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.logbook.sensors import of_sensor
 from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import FORMAT, UNITS_BY, FlightLog
 
 
 class UnusableRecorderError(BadInputError):
@@ -147,11 +147,12 @@ def _filled(table: Table) -> Table:
 
 
 def _advised(table: Table, mapping: Mapping) -> Table:
-    """The table with what its mapping says of such logs: the choices for a calibration, and the
-    kind of aircraft.
+    """The table with what its mapping says of such logs: the choices for a calibration, the kind of
+    aircraft, and that a recorder's format fixes the units.
     """
     advice: dict[str, object] = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
     advice |= {KIND: mapping.kind} if mapping.kind else {}
+    advice |= {UNITS_BY: FORMAT} if mapping.shipped else {}
     return replace(table, header={**table.header, **advice})
 
 

@@ -36,10 +36,14 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
     log. The new ones fit C² = R(d − δ) to the calibrated airspeeds C of the curve, by weighted
     least squares. Their 2σ is that of the curve, whose errors are correlated, plus what the formula
     cannot follow. Raises BadInputError for an unknown autopilot, for a log without its parameters
-    and for a sensor that does not use them; NoAnswerError for a curve that does not tell them.
+    and for a sensor that does not use them; NoAnswerError for a curve that does not tell them, and
+    for an answer that is not to be used.
     """
     if name not in AUTOPILOTS:
         raise BadInputError(explain("autopilot", name, list(AUTOPILOTS)))
+    if not result.usable:
+        why = next(each.words for each in result.disagreements if each.fatal)
+        raise NoAnswerError(f"no parameters from an answer that is not to be used: {why}")
     recorded = result.autopilot or RecordedAutopilot({})
     autopilot, parameters = AUTOPILOTS[name].of_sensor(recorded.sensor), recorded.parameters
     prefix = autopilot.prefix

@@ -39,6 +39,9 @@ class Caution(str):
 
 
 START = "first_row_s"  # header entry of a part of a log: the time of the first row of the whole
+UNITS_BY = "units_by"  # header entry: what fixes the units of a log, see `FlightLog.units_by`
+PRESSURE, FORMAT, NAMED, GUESSED = "pressure", "speed", "named", "guessed"  # of that entry
+UNITS_OF_A_LOG = {"air_data": PRESSURE, "velocity": NAMED}  # without that entry
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -102,6 +105,18 @@ class FlightLog(Shown, Recorded):
         """
         remarks = self.header.get("warnings", ())
         return tuple(each if isinstance(each, Caution) else Caution(each) for each in remarks)
+
+    @property
+    def units_by(self) -> Mapping[str, str]:
+        """What fixes how `air_data` and `velocity` are read.
+
+        `pressure` (a pressure, which no unit of speed can be in), `speed` (the unit that the
+        recorder's format prescribes), `named` (a suffix, a heading or a mapping) or `guessed` (by
+        the values). A log without the entry holds a pressure and a named velocity.
+        """
+        found = self.header.get(UNITS_BY)
+        stated = found if isinstance(found, Mapping) else {}
+        return {**UNITS_OF_A_LOG, **stated}
 
     @property
     def simulated(self) -> bool:

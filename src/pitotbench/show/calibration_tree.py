@@ -81,7 +81,7 @@ def calibration_tree(
     first = [Doubt(text, first=True) for text in doubts[:1]]
     pictures = Figure("pitotbench.show.flights.flight_panels", flown)
     shown: list[Node] = [
-        Sentence(answer.correction_sentence),
+        *([Sentence(answer.correction_sentence)] if result.usable else []),
         Sentence(answer.wind_sentence),
         *(Sentence(handbook_sentence(curve, each)) for each in curve.published),
         Figure("pitotbench.show.curves.curve_panels", (results, truth, limit), "main"),
@@ -91,7 +91,7 @@ def calibration_tree(
     return Heading(
         ": ".join(filter(None, (subject, flight))),
         (
-            # What is not to be used says so before it says anything else.
+            # What is not to be used says so before anything else, and not what to add.
             *([*shown, *first] if result.usable else [*first, *shown]),
             *([] if settings is None else [_settings(settings)]),
             Table(GLANCE_COLUMNS, glance_points(curve)),

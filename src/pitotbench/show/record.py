@@ -22,6 +22,7 @@ from pitotbench.units import FOOT, KNOT
 
 # By the code of a warning or the kind of a disagreement, the check that fails with it.
 _HEADINGS, _GEOMETRY = "heading and track agree", "headings and airspeeds suffice"
+_COLUMNS = "columns hold what their names say"
 _FAILED_BY = {
     "latency": "latency of the GPS velocity",
     "wind": "constant wind",
@@ -35,6 +36,8 @@ _FAILED_BY = {
     "height": "wind triangle and height agree",
     "fixed_speed": "fixed-speed points and curve agree",
     "broken pitot": "pitot and static lines work",
+    "reading": _COLUMNS,
+    "suspect": _COLUMNS,
     **dict.fromkeys(("heading", "mirrored", "axes turned", "track"), _HEADINGS),
 }
 
@@ -86,6 +89,7 @@ def checks_of(result: Calibration) -> list[Check]:
         if any("heading" in each.channels for each in made.inputs)
         else "",
         "curve of a possible size": f"Δp/q_c up to {largest:.1f} %",
+        _COLUMNS: "none behaves as another quantity or unit",
         "sensors within their accuracies": "no estimate lies outside its prior",
         "no faulty rows": "no row disagrees with all others",
         "flights agree": "their curves differ by no more than chance"

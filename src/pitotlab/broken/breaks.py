@@ -4,7 +4,7 @@ The flights are those of the outside generator. What a broken line does is writt
 its physics, in terms of the pressures at the two ports; nothing of the product is used.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -164,12 +164,15 @@ def _drifts(ports: Ports, dice: Dice, variant: int) -> Broken:
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of broken pitot: what breaks it, where it is flown, and words to be told."""
+    """A kind of broken pitot: what breaks it, where it is flown, and words to be told. What is
+    `shown` stands in a column of the airspeed: no pressure holds it, nor an autopilot's log.
+    """
 
     name: str
     broken: Callable[[Ports, Dice, int], Broken]
     cells: tuple[Cell, ...]
     words: tuple[str, ...]
+    shown: bool = False
 
 
 _USUAL = (BASE, LIGHT, PILOT)
@@ -186,7 +189,7 @@ KINDS = {
         Kind("exchanged", _exchanged, (*_USUAL, JET), ("exchanged",)),
         Kind("half", _half, (*_USUAL, JET), ("half",)),
         Kind("copied", _copied, (*_USUAL, JET), ("copy of the GPS",)),
-        Kind("true airspeed", _true, (BASE, PILOT, LIGHT_HIGH, JET), ("true airspeed",)),
+        Kind("true airspeed", _true, (BASE, PILOT, LIGHT_HIGH, JET), ("true airspeed",), True),
         Kind("drifting zero", _drifts, _WARMING, ("zero drifts",)),
     )
 }
@@ -221,7 +224,14 @@ def broken_columns(kind: Kind, seed: int, variant: int) -> dict[str, Array]:
     if found.rests:
         zeros = found.impact[[0, -1]] - ports_of(flight).impact[[0, -1]]
         columns = _with_rest(columns, flight, (float(zeros[0]), float(zeros[1])), dice)
-    return columns
+    return as_shown(columns) if kind.shown else columns
+
+
+def as_shown(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """The columns of a log with the airspeed in place of the impact pressure."""
+    impact = np.maximum(columns["impact_pressure_pa"], 0.0)
+    others = {name: column for name, column in columns.items() if name != "impact_pressure_pa"}
+    return {"indicated_airspeed_mps": physics.calibrated_airspeed(impact), **others}
 
 
 def _with_rest(

@@ -1,0 +1,72 @@
+"""A finding about a column of a log: by how much the answer moves where the column is read anew."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.reduction import reduce_log
+from pitotbench.calibration.result import assemble
+from pitotbench.logbook.plausible_air import HEIGHT, NO_AIR, NO_TOTAL
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.calibration import CalibratedFlight, Calibration, Disagreement
+from pitotbench.records.log import Caution, FlightLog
+from pitotbench.units import KNOT
+
+_DOUBTED = 0.25  # of its 2σ: what moves the answer by more is a doubt, else a note
+
+
+def _total(log: FlightLog) -> FlightLog:
+    return replace(log, total_temperature=log.air_temperature, air_temperature=None)
+
+
+def _air(log: FlightLog) -> FlightLog:
+    return replace(log, air_temperature=log.total_temperature, total_temperature=None)
+
+
+def _without_height(log: FlightLog) -> FlightLog:
+    return replace(log, altitude=None)
+
+
+# By the code of a finding, the log as it would be read otherwise.
+_OTHERS: dict[str, Callable[[FlightLog], FlightLog]] = {
+    NO_AIR: _total,
+    NO_TOTAL: _air,
+    HEIGHT: _without_height,
+}
+
+
+def with_readings(flight: CalibratedFlight, options: CalibrationOptions) -> Calibration:
+    """Return the calibration of a flight with what a wrong column would move in its curve.
+
+    A finding that moves it by more than a quarter of its 2σ is a disagreement; any other remains a
+    note. Both say by how much.
+    """
+    result, log = flight.calibration, flight.log
+    for caution in result.warnings:
+        if caution.code not in _OTHERS:
+            continue
+        others = tuple(each for each in result.warnings if each != caution)
+        try:
+            # Flights that share a curve are compared alone: the other logs do not change.
+            before = result if flight.joined == 1 else assemble(reduce_log(log, options))
+            after = assemble(reduce_log(_OTHERS[caution.code](log), options))
+        except (BadInputError, NoAnswerError):
+            continue  # nothing is known of what it moves: it remains a doubt
+        speed, bound = before.curve.indicated_airspeed, before.curve.two_sigma
+        curve = after.curve
+        moved = np.interp(speed, curve.indicated_airspeed, curve.correction)
+        moved -= before.curve.correction
+        at = int(np.argmax(np.abs(moved) / bound))
+        words = (
+            f"{caution}; read so, the curve moves by {moved[at] / KNOT:+.2f} kt at "
+            f"{speed[at] / KNOT:.0f} KIAS"
+        )
+        if abs(moved[at]) > _DOUBTED * bound[at]:
+            finding = Disagreement("reading", words, float(np.max(np.abs(moved))), fatal=False)
+            disagreements = (*result.disagreements, finding)
+            result = replace(result, disagreements=disagreements, warnings=others)
+        else:
+            result = replace(result, warnings=(*others, Caution(words, column=caution.column)))
+    return result

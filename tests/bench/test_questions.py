@@ -34,8 +34,13 @@ def answer(log):
 
 
 def test_a_path_a_table_and_a_log_have_one_answer(log, answer, tmp_path):
-    """The table has no header, and so not its accuracies: they are stated as a keyword."""
-    exact = {"model": "quadratic", "accuracies": fixture.EXACT, "error_location": "impact"}
+    """The table has no header, and so not its accuracies and priors: they are stated as keywords."""
+    exact = {
+        "model": "quadratic",
+        "accuracies": fixture.EXACT,
+        "priors": fixture.COLUMNS,
+        "error_location": "impact",
+    }
     of_log = calibrate(log, **exact)
     for each in (
         str(write_log(log, tmp_path / "a.parquet")),

@@ -97,7 +97,10 @@ def test_sensitivity_to_temperature_is_the_known_one(log):
 def test_the_usual_accuracies_hold_where_nobody_states_one(log):
     """Of a log that says nothing of its sensors the bound allows for a probe that is 1.5 K off."""
     warm = replace(log, total_temperature=log.total_temperature + 1.5)
-    exact, usual = calibrate(log), calibrate(replace(log, header={"format": log.header["format"]}))
+    exact, usual = (
+        calibrate(log),
+        calibrate(replace(log, header={name: log.header[name] for name in ("format", "priors")})),
+    )
     moved = np.abs(calibrate(warm).curve.correction - exact.curve.correction)
     widened = np.sqrt(usual.curve.two_sigma**2 - exact.curve.two_sigma**2)
     assert np.all(moved > 0.1)  # m/s
@@ -198,23 +201,30 @@ def test_a_wind_that_changes_widens_the_bound_and_is_covered(wind):
     assert np.mean(honest.curve.two_sigma) > 1.2 * np.mean(constant.curve.two_sigma)
 
 
-def test_a_latency_is_found_where_the_speed_changes_and_taken_off():
+@pytest.mark.parametrize("latency", ["checked", "estimated"])
+def test_a_latency_is_found_where_the_speed_changes_and_taken_out(latency):
     log = _decelerations(latency=0.5)
-    checked = calibrate(log, CalibrationOptions(latency="checked"))
-    assert checked.diagnostics.latency.value == pytest.approx(0.5, abs=0.15)
-    assert any("trail" in text for text in checked.warnings)
-    estimated = calibrate(log, CalibrationOptions(latency="estimated"))
-    assert [s.name for s in estimated.shares] == ["latency_s"]
-    assert np.max(np.abs(_error(estimated))) < 0.12
-    assert np.mean(estimated.curve.two_sigma) < 0.3 * np.mean(checked.curve.two_sigma)
-    stated = calibrate(log, CalibrationOptions(gps_latency=0.5, latency="checked"))
-    assert not any("trail" in text for text in stated.warnings)
+    found = calibrate(log, CalibrationOptions(latency=latency))
+    assert found.diagnostics.latency.value == pytest.approx(0.5, abs=0.15)
+    assert found.diagnostics.latency.two_sigma < 0.15
+    assert [s.name for s in found.shares] == ["latency_s"]
+    assert np.max(np.abs(_error(found))) < 0.12
+    given = calibrate(log)
+    assert given.diagnostics.latency is None
+    assert np.mean(found.curve.two_sigma) < 0.3 * np.mean(given.curve.two_sigma)
 
 
-def test_a_latency_is_looked_for_beside_a_linear_wind_in_the_rows_that_count():
-    """Faulty rows stay out when the log is read again, and the wind's change is that of the rows
-    read.
-    """
+def test_a_stated_latency_is_fixed_and_what_is_left_of_it_is_none():
+    log = _decelerations(latency=0.5)
+    left = calibrate(log, CalibrationOptions(gps_latency=0.5, latency="checked"))
+    assert left.diagnostics.latency.value == pytest.approx(0.5, abs=0.15)
+    fixed = calibrate(log, CalibrationOptions(gps_latency=0.5))
+    assert fixed.shares == ()
+    assert fixed.diagnostics.latency is None
+    assert np.max(np.abs(_error(fixed))) < 0.12
+
+
+def test_a_latency_is_found_beside_a_linear_wind_in_the_rows_that_count():
     log = _decelerations(latency=0.5)
     spoiled = log.impact_pressure.copy()
     spoiled[1000:1010] += 3000.0
@@ -227,15 +237,16 @@ def test_a_latency_is_looked_for_beside_a_linear_wind_in_the_rows_that_count():
     )
 
 
-def test_a_latency_that_the_log_does_not_show_has_no_bound_and_no_estimate(log):
-    result = calibrate(log, CalibrationOptions(latency="checked"))
+def test_a_latency_that_the_log_does_not_show_has_no_bound_and_no_estimate():
+    still = fixture.fly(fixture.circles(20, (130, 130, 130)), 20, 20, QUIET)
+    result = calibrate(still, CalibrationOptions(model="bias", latency="checked"))
     assert np.isinf(result.diagnostics.latency.two_sigma)
     assert (
         json.loads(json_text(calibration_json(result)))["diagnostics"]["latency_two_sigma_s"]
         is None
     )
     with pytest.raises(NoAnswerError, match="idle deceleration"):
-        calibrate(log, CalibrationOptions(latency="estimated"))
+        calibrate(still, CalibrationOptions(model="bias", latency="estimated"))
 
 
 def _decelerations(latency):

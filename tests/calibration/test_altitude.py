@@ -17,7 +17,11 @@ from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.units import FOOT, KNOT
 
 STATIC = CalibrationOptions(error_location="static")
-SYNTHETIC = {"format": "pitotbench flight log 1", "accuracy": fixture.EXACT}
+SYNTHETIC = {
+    "format": "pitotbench flight log 1",
+    "accuracy": fixture.EXACT,
+    "priors": fixture.COLUMNS,
+}
 MODEL = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE, static_error=True)
 THETA = np.array([*fixture.CURVE, *fixture.WIND])
 
@@ -43,7 +47,7 @@ def test_a_flight_without_noise_is_recovered_and_the_truth_leaves_nothing_of_the
     rows = _rows_of(log)
     left = altitude_regression(rows, MODEL, THETA, ()).response[: len(rows)]
     free = np.stack(
-        [rows.gain, rows.temperature_slope], axis=1
+        [rows.state.gain, rows.state.temperature_slope], axis=1
     )  # the reference pressure, and the air's unknown humidity
     left = left - free @ np.linalg.lstsq(free, left)[0]
     assert np.ptp(rows.rise) > 3.0
@@ -54,8 +58,8 @@ def test_what_the_total_source_may_do_is_no_news_of_the_static_source():
     """Heights that know nothing of the total source cannot tell a level or a slope in ln q_ci."""
     log, phi = fixture.fly("step_decrease"), np.log([0.5, 60.0, 0.05])
     known, unknown = (_rows_of(log, total_source=share) for share in (0.0, 1e3))
-    meters = known.gain * known.impact_pressure
-    slope = meters * np.log(np.maximum(known.impact_pressure, 1.0))
+    meters = known.state.gain * known.state.impact_pressure
+    slope = meters * np.log(np.maximum(known.state.impact_pressure, 1.0))
     columns = np.pad(np.stack([meters, slope], 1), ((0, known.count - len(known)), (0, 0)))
     told = [
         np.diag(columns.T @ AltitudeNoise(rows)(phi).weigh(columns)) for rows in (known, unknown)
@@ -89,10 +93,12 @@ def test_the_rows_move_with_the_zero_offset_as_their_regressor_says():
     rows = _rows_of(fixture.after_rest(fixture.fly("circle"), 60.0))
     offset = Nuisance(ZERO, 200.0, lambda prediction, obs: np.zeros(0))
     found = altitude_regression(rows, MODEL, THETA, (offset,)).regressors[: len(rows), MODEL.count]
-    at_rest = rows.impact_pressure == 0.0
+    at_rest = rows.state.impact_pressure == 0.0
+    moved_by = {
+        step: np.where(at_rest, 0.0, rows.state.impact_pressure + step) for step in (-1.0, 1.0)
+    }
     less, more = (
-        replace(rows, impact_pressure=np.where(at_rest, 0.0, rows.impact_pressure + step))
-        for step in (-1.0, 1.0)
+        replace(rows, state=replace(rows.state, impact_pressure=q)) for q in moved_by.values()
     )
     moved = [
         altitude_regression(each, MODEL, THETA, ()).response[: len(rows)] for each in (less, more)

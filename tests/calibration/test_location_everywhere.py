@@ -34,7 +34,7 @@ def turns(light_flights):
     flight = light_flights["circle"]
     spec = replace(flight.case.pressure_error, location="static")
     log = sense(replace(flight, case=replace(flight.case, pressure_error=spec)), "20/1")
-    return replace(log, header={"accuracy": fixture.EXACT})
+    return replace(log, header={"accuracy": fixture.EXACT, "priors": fixture.COLUMNS})
 
 
 def test_a_smooth_curve_without_height_allows_for_the_other_location(bare, total):

@@ -31,7 +31,7 @@ USED_WITH = {  # what a log or an answer must have for a prior to matter
 @pytest.fixture(scope="module")
 def logs():
     """A low log with height, one above 10,000 ft, and one without a vertical velocity."""
-    flown = fixture.fly("circle", 3)
+    flown = replace(fixture.fly("circle", 3), header={"accuracy": fixture.EXACT})
     high = replace(flown, static_pressure=np.full(len(flown), 60_000.0))
     high = fixture.without_height(high)
     return {"high": high, "no vertical velocity": replace(flown, velocity_down=None), "": flown}
@@ -39,7 +39,8 @@ def logs():
 
 def options_for(name, **stated):
     wind = USED_WITH.get(name) if USED_WITH.get(name) in ("drifting", "linear") else "constant"
-    return replace(SMOOTH, wind=wind, priors=stated)
+    latency = "checked" if name.endswith("latency_s") else "given"
+    return replace(SMOOTH, wind=wind, latency=latency, priors=stated)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,7 @@ def usual_curve(logs):
     def curve_of(name):
         log = logs.get(USED_WITH.get(name, ""), logs[""])
         options = options_for(name)
-        key = (id(log), options.wind)
+        key = (id(log), options.wind, options.latency)
         if key not in fitted:
             fitted[key] = calibrate(log, options).curve
         return log, fitted[key]

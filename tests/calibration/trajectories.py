@@ -24,6 +24,8 @@ EXACT = {
     "velocity_mps": 0.0,
     "total_source": 0.0,
 }
+# Nor is the receiver filtered, or the error another in turns.
+COLUMNS = {"receiver_smoothing_s2": 0.0, "turn_lift": 0.0}
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +107,7 @@ def fly(
         sideslip=np.zeros(n),
         # Synthetic: the error corrupts the impact pressure alone, and the sensors have no constant
         # error.
-        header={"format": "pitotbench flight log 1", "accuracy": EXACT},
+        header={"format": "pitotbench flight log 1", "accuracy": EXACT, "priors": COLUMNS},
     )
 
 

@@ -23,7 +23,7 @@ from pitotbench import (
     write_case,
     write_log,
 )
-from pitotbench.calibration.options import USUAL
+from pitotbench.calibration.options import COLUMNS, USUAL
 from pitotbench.effects import EFFECTS
 from pitotbench.logbook.columns import QUANTITIES
 from pitotbench.records.case import DataSystem, EffectSpec, PressureErrorSpec, Wind
@@ -233,6 +233,13 @@ def test_a_log_of_the_bench_states_every_accuracy_that_would_else_be_the_usual_o
     case = Case(accuracy={"temperature_k": 1.0, "impact_pressure_zero_pa": 50.0})
     asked = header(case, fixture.PERFECT, 1)["accuracy"]
     assert asked == {**stated, "temperature_k": 1.0, "impact_pressure_zero_pa": 50.0}
+
+
+def test_a_log_of_the_bench_states_every_column_that_its_sensors_do_not_need():
+    """But the latencies, which a case may have: they are free where the latency is not given."""
+    stated = record(fixture.flight(), fixture.PERFECT, 1).header["priors"]
+    assert {*stated, "latency_s", "height_latency_s"} == {*COLUMNS}
+    assert set(stated.values()) == {0.0}
 
 
 def test_truth_reads_back(tmp_path):

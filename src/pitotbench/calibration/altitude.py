@@ -27,7 +27,13 @@ from pitotbench.calibration.options import (
     accuracies_of,
     priors_of,
 )
-from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
+from pitotbench.calibration.prediction import (
+    ZERO,
+    HeightState,
+    Nuisance,
+    PredictionModel,
+    load_factor,
+)
 from pitotbench.estimation.noise import NORMAL, UNIFORM, deviation_of_sizes, spikes_among
 from pitotbench.estimation.point_noise import (
     PointNoise,
@@ -154,24 +160,21 @@ class AltitudeRows:
     """Block means, (n,), and their noise.
 
     `rise`: indicated static pressure minus that of the air column at the height, in meters of air.
-    `gain`: meters per pascal, 1/(ρ g). `impact_pressure`: indicated [Pa], 0 at rest. `tie`: the receiver's height
+    `state`: what the columns are made of. `tie`: the receiver's height
     minus the integral of its vertical velocity [m], None without vertical velocity. `sensor`,
     `fix`: white variances [m²]; the latter is infinite where a block has no fix (without vertical
     velocity: one over the number of fixes).
-    `first`: whether the block begins a stretch. `priors`: those of the noise. `temperature_slope`: change of `rise` per kelvin
-    [m/K]. `unknown`: columns of the unknowns of this equation alone. `spread`: standard deviation of what the slow height error
+    `first`: whether the block begins a stretch. `priors`: those of the noise. `unknown`: columns of the unknowns of this equation alone. `spread`: standard deviation of what the slow height error
     shows in [m].
     """
 
     time: Seconds
     rise: Meters
-    gain: Array
-    impact_pressure: Pascal
+    state: HeightState
     tie: Meters | None
     sensor: Array
     fix: Array
     first: Booleans
-    temperature_slope: Array
     unknown: UnknownColumns
     spread: float
     priors: Priors = PRIORS
@@ -239,15 +242,15 @@ def altitude_regression(
     )
     if model is not None:
         for place, nuisance in enumerate(nuisances, start=model.count):
-            if nuisance.name == "temperature_k":
-                regressors[:, place] = rows.temperature_slope
+            if nuisance.height is not None and (model.static_error or not nuisance.of_source):
+                regressors[:, place] = nuisance.height(rows.state)
     if model is not None and model.static_error:
         free = model.error_count
-        q = rows.impact_pressure
+        q = rows.state.impact_pressure
         basis = model.error.basis(np.maximum(q, 1.0) / model.reference_pressure)
         impact_share = 1.0 - basis @ theta[:free]
-        response = rows.rise - rows.gain * q * (1.0 / impact_share - 1.0)
-        regressors[:, :free] = basis * (rows.gain * q / impact_share**2)[:, None]
+        response = rows.rise - rows.state.gain * q * (1.0 / impact_share - 1.0)
+        regressors[:, :free] = basis * (rows.state.gain * q / impact_share**2)[:, None]
         for place, nuisance in enumerate(nuisances, start=model.count):
             if nuisance.name == ZERO:
                 regressors[:, place] = _by_zero(rows, model, theta[:free], impact_share)
@@ -264,10 +267,10 @@ def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, impact_share:
 
     At rest they see nothing, whatever the reading is.
     """
-    q, reference = rows.impact_pressure, model.reference_pressure
+    q, reference = rows.state.impact_pressure, model.reference_pressure
     bend = model.error.curve(np.maximum(q, 1.0) / reference, k)[1] / reference
     return np.where(
-        q > 0.0, -rows.gain * ((1.0 / impact_share - 1.0) + q * bend / impact_share**2), 0.0
+        q > 0.0, -rows.state.gain * ((1.0 / impact_share - 1.0) + q * bend / impact_share**2), 0.0
     )
 
 
@@ -354,21 +357,21 @@ def _assembled(
     column = np.exp(-air.GRAVITY / air.GAS_CONSTANT * profile.thinness(height))
     gain = air.GAS_CONSTANT * profile.at(height) / (static * air.GRAVITY)
     tie, fix = _ties(carried, blocks)
+    velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
+    time = blocks.mean(log.time)
+    load, climb = _load(velocity - wind[:, None], time), np.gradient(height, time)
     rows = AltitudeRows(
-        time=blocks.mean(log.time),
+        time=time,
         rise=gain * (static - float(np.mean(static / column)) * column),
-        gain=gain,
-        impact_pressure=impact,
+        state=HeightState(gain, impact, load, climb, profile.temperature_slope(height)),
         tie=tie,
         sensor=(gain * noise) ** 2 / blocks.count + _FLOOR,
         fix=fix,
         first=np.diff(blocks.mean(carried.part.astype(np.float64)), prepend=-1.0) != 0.0,
-        temperature_slope=profile.temperature_slope(height),
         unknown=UnknownColumns(np.zeros((0, 0)), np.zeros(0)),
         spread=1.0,
         priors=priors_of(options.priors),
     )
-    velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
     layer = float(np.hypot(_LAYER, UNIFORM * moist))
     layers = profile.layers(height)
     unknown = _unknowns(rows, column, velocity, wind, layers, layer, obs.standard_day)
@@ -377,6 +380,14 @@ def _assembled(
         unknown = _with_total_source(unknown, rows, total_source)
     measured = rows.rise if tie is None else tie[np.isfinite(fix)]
     return replace(rows, unknown=unknown, spread=float(np.std(measured)))
+
+
+def _load(through_air: Array, time: Seconds) -> Array:
+    """The load factor of velocities through the air (2, n) [m/s]."""
+    north, east = through_air
+    by_north, by_east = np.gradient(through_air, time, axis=1)
+    speed = np.maximum(np.hypot(north, east), _AT_REST)
+    return load_factor((north * by_east - east * by_north) / speed)
 
 
 def _air_temperature(
@@ -525,11 +536,11 @@ def _unknowns(
     common = 0.5 * WITHOUT_TEMPERATURE if standard_day else layer
     columns = np.stack(
         [
-            rows.gain * column,
+            rows.state.gain * column,
             *(place - place.mean(axis=1)[:, None]),
-            rows.gain * elapsed,
+            rows.state.gain * elapsed,
             *layers.T,
-            rows.temperature_slope,
+            rows.state.temperature_slope,
         ],
         1,
     )
@@ -550,13 +561,13 @@ def _with_total_source(
     The wind triangle tells of both sources together, the static pressure of one: what the total
     source does to the airspeed is no change of the height.
     """
-    flying = rows.impact_pressure > 0.0
+    flying = rows.state.impact_pressure > 0.0
     if not flying.any():
         return unknown
-    place = np.log(np.where(flying, rows.impact_pressure, 1.0))
+    place = np.log(np.where(flying, rows.state.impact_pressure, 1.0))
     low, high = np.quantile(place[flying], [0.001, 0.999])
     place = (place - 0.5 * (low + high)) / max(0.5 * float(high - low), _LEAST_HALF)
-    meters = rows.gain * rows.impact_pressure
+    meters = rows.state.gain * rows.state.impact_pressure
     both = np.pad(np.stack([meters, meters * place], axis=1), ((0, rows.count - len(rows)), (0, 0)))
     known = np.array([deviation, _TOTAL_SLOPE * deviation]) ** -2.0
     return UnknownColumns(

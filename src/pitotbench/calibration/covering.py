@@ -20,7 +20,6 @@ from pitotbench.calibration.covering_problem import (
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
-    Nuisance,
     WindPath,
     correlated,
     mean_wind,
@@ -39,11 +38,9 @@ from pitotbench.estimation.restricted_likelihood import (
     solve,
 )
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Estimate, GustsFound, WindowWind
+from pitotbench.records.calibration import GustsFound, WindowWind
 from pitotbench.units import Array
 
-# (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
-_LEAST_PLANNED = 10.0
 _PASSES = 10  # at most
 _FAR = 4.0  # standard errors: a longer step is followed by another
 _SMOOTH_PATH = 300.0  # s: a path that follows each gust would bend the problem along its own noise
@@ -178,6 +175,7 @@ def first_pass(
         # the flight.
         moved = _of_mean_wind(structure, rough, mode, found)
         step, covariance = moved[best]
+        step = np.where(np.arange(len(step)) < count, step, 0.0)  # a nuisance stays what it is
         theta, last = theta + step[:count], path
         if structure.drifting:
             path = _path(structure, obs, blocks, rough, mode, found[best].estimate)
@@ -269,43 +267,6 @@ def covariance_given(
     """
     problem = linearize(structure, obs, blocks, theta)
     return solve(problem.regression, problem.noise_of(phi))[1]
-
-
-def acceleration_effect(
-    structure: Structure, obs: Observations, fit: CoveringFit, column: Nuisance
-) -> Estimate:
-    """Estimate one more nuisance, without a prior, on one-second blocks, and return it with 2σ.
-
-    The noise is the most likely one with this nuisance. Its instrument is its smoothed column where
-    that exceeds
-    `column.deviation`: such accelerations are planned and not a response to gusts. 2σ is infinite
-    where there are
-    too few of them.
-    """
-    blocks, structure = (
-        divide(obs, max(1.0, 0.5 * block_length(obs))),
-        replace(structure, altitude=None),
-    )
-    theta = fit.theta[: structure.model.count]
-    whole = linearize(
-        replace(structure, nuisances=(*structure.nuisances, column)),
-        obs,
-        blocks,
-        theta,
-        path=fit.path,
-    )
-    instruments, unknown = whole.regression.instruments.copy(), whole.regression.rivals.copy()
-    planned = instruments[:, -1]
-    planned[np.abs(planned) <= column.deviation] = 0.0
-    if float(planned @ planned) < _LEAST_PLANNED:
-        return Estimate(column.name, 0.0, float("inf"))
-    unknown[:, -1] = 0.0
-    free = replace(whole.regression, instruments=instruments, prior_precision=unknown)
-    mode = fit.likely.noise[: noise_count(structure)]
-    if not structure.drifting:  # of a long flight one latency changes the likely noise little
-        mode = most_likely_noise(free, whole.noise_of, log_prior_of(structure, obs), mode)
-    estimate, covariance = solve(free, whole.noise_of(mode))
-    return Estimate(column.name, float(estimate[-1]), 2.0 * float(np.sqrt(covariance[-1, -1])))
 
 
 def posterior_of(fit: OutputErrorFit | CoveringFit) -> Posterior:

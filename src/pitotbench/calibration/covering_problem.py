@@ -128,12 +128,12 @@ def linearize(
     if noise is not None:
         shift = _best_airspeed(noise_of, noise, response)[blocks.index]
         regressors[:, :first] = blocks.mean(structure.model.curve_columns(prediction, shift))
-    regression = Regression(
-        response,
-        regressors,
-        smoothed(regressors, blocks, structure.priors.instruments_s),
-        *_priors(structure, theta),
-    )
+    instruments = smoothed(regressors, blocks, structure.priors.instruments_s)
+    for place, nuisance in enumerate(structure.nuisances, start=structure.model.count):
+        if nuisance.planned > 0.0:  # a mean acceleration: smoothed further, it leaves its corners
+            column = regressors[:, place]
+            instruments[:, place] = np.where(np.abs(column) < nuisance.planned, 0.0, column)
+    regression = Regression(response, regressors, instruments, *_priors(structure, theta))
     kernel = kernel_means(blocks, memory) if structure.drifting else None
     problem = Linearized(regression, noise_of, sensor, kernel)
     return (

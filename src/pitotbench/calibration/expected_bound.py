@@ -21,7 +21,7 @@ from pitotbench.calibration.options import (
     accuracies_of,
     priors_of,
 )
-from pitotbench.calibration.prediction import CurveMap, nuisances_of
+from pitotbench.calibration.prediction import CurveMap, nuisances_of, with_signs
 from pitotbench.calibration.reduction import model_of, scale_of
 from pitotbench.calibration.result import correction_gradient
 from pitotbench.estimation.mixture import Posterior
@@ -67,7 +67,7 @@ def expected_two_sigma(
     its usual size.
     """
     stated = accuracies_of(options.accuracies, log.header)
-    options = replace(options, accuracies=stated)
+    options = replace(options, accuracies=stated, priors=priors_of(options.priors, log.header))
     obs = observe(log, options)
     model = model_of(options, scale_of([obs]))
     require_observable(model, obs)
@@ -93,9 +93,11 @@ def expected_two_sigma(
     covariance = covariance_given(structure, obs, divide(obs, block_length(obs)), theta, phi)
     known = np.zeros(len(covariance))
     known[: len(theta)] = theta
-    answer = Posterior(np.ones(1), known[None], covariance[None])
+    answer = with_signs(
+        Posterior(np.ones(1), known[None], covariance[None]), structure.nuisances, model.count
+    )
     gradient = correction_gradient(CurveMap(model, indicated_airspeed), answer, structure.nuisances)
-    return np.asarray(2.0 * np.sqrt(np.einsum("cp,pq,cq->c", gradient, covariance, gradient)))
+    return answer.two_sigma(gradient)
 
 
 def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:

@@ -327,6 +327,9 @@ _ERRORS = {  # name of a nuisance to its words and its unit
     "velocity_north_mps": ("constant error of the GPS velocity toward north", "m/s"),
     "velocity_east_mps": ("constant error of the GPS velocity toward east", "m/s"),
     "latency_s": ("latency of the GPS", "s"),
+    "height_latency_s": ("latency of the GPS height beyond that of its velocity", "s"),
+    "receiver_smoothing_s2": ("square of the time over which the GPS velocity is smoothed", "s²"),
+    "turn_lift": ("pressure error that the load factor adds in turns", "Δp/q_c"),
     "wind_north_mps_per_600_s": ("change of the wind toward north in 600 s", "m/s"),
     "wind_east_mps_per_600_s": ("change of the wind toward east in 600 s", "m/s"),
     "wind_north_mps_per_300_m": ("change of the wind toward north over 300 m of height", "m/s"),
@@ -399,7 +402,8 @@ def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]
         # The scatter for known noise: the nodes' own differences are no knowledge of the nuisance.
         left = float(answer.weights @ answer.covariances[:, place, place]) / nuisance.deviation**2
         scatter = nuisance.deviation * float(np.sqrt(max(1.0 - left, _LEAST_KNOWN)))
-        if abs(float(mean[place])) > _Z_1_PERCENT * scatter:
+        size = float(mean[place]) if nuisance.positive else abs(float(mean[place]))
+        if size > _Z_1_PERCENT * scatter:
             # What the log says without the prior, which draws the estimate to zero.
             freed = (nuisance.deviation / scatter) ** 2
             value, bound = float(mean[place]) * freed, 2.0 * nuisance.deviation * freed**0.5

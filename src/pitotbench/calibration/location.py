@@ -33,7 +33,7 @@ from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import DISAGREE
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of
-from pitotbench.calibration.prediction import PredictionModel, WindPath
+from pitotbench.calibration.prediction import PredictionModel, WindPath, with_filter
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
@@ -125,9 +125,11 @@ def fit_located(
     if options.use_altitude and stated in (None, STATIC):
         count = structure.model.error_count
         rows = altitude_rows(log, obs, options, start[count : count + 2])
+    near = first_pass(bare, obs, start, path)
+    bare = _informed(bare, near)
     if rows is not None:
-        return _with_height(stated, assumed, rows, obs, bare, first_pass(bare, obs, start, path))
-    fit = fit_covering(bare, obs, start, path)
+        return _with_height(stated, assumed, rows, obs, bare, near)
+    fit = final_pass(bare, obs, near)
     answer = posterior_of(fit)
     if stated is None and assumed == STATIC:
         answer = widened_by(
@@ -135,6 +137,17 @@ def fit_located(
             posterior_of(fit_covering(_at(structure, False), obs, start, path)).mean - answer.mean,
         )
     return ErrorPlace(assumed, None, bare, fit, answer)
+
+
+def _informed(structure: Structure, near: FirstPass) -> Structure:
+    """The structure with the prior of a smoothing that the latency of the first pass asks for."""
+    found, first = max(near.solutions, key=lambda each: each.weight), structure.model.count
+    return replace(
+        structure,
+        nuisances=with_filter(
+            structure.nuisances, found.estimate[first:], found.covariance[first:, first:]
+        ),
+    )
 
 
 def _at(structure: Structure, static: bool, rows: AltitudeRows | None = None) -> Structure:
@@ -154,7 +167,7 @@ def _with_height(
     """
     probe = next((each.deviation for each in bare.nuisances if each.name == "temperature_k"), 0.0)
     wide = rows.with_probe(probe)
-    joint, gain, chance = _with_rows(near, bare, wide)
+    joint, gain, chance = _with_rows(near, bare, rows)
     moved = _at(bare, True, rows)
     if stated is not None:
         fit = final_pass(moved, obs, joint)
@@ -239,9 +252,11 @@ def fit_by_height(
             np.stack([node.covariance for node in nodes]),
         )
         theta[:free] = found.mean
-    left = altitude_regression(rows, model, theta, ()).response[: len(rows)] / rows.gain
-    flying = rows.impact_pressure > 0.0
-    return ByHeight(model, found, rows.time[flying], rows.impact_pressure[flying], left[flying])
+    left = altitude_regression(rows, model, theta, ()).response[: len(rows)] / rows.state.gain
+    flying = rows.state.impact_pressure > 0.0
+    return ByHeight(
+        model, found, rows.time[flying], rows.state.impact_pressure[flying], left[flying]
+    )
 
 
 def _with_rows(
@@ -267,20 +282,25 @@ def _with_rows(
 def _updated(
     near: FirstPass, triangle: Solution, bare: Structure, rows: AltitudeRows, start: Array
 ) -> tuple[FirstPass, float, float]:
-    """The same under one prior of the curve; the noise is searched from `start`. The triangle's
-    curve is the prior of the rows: k = k0 + L z, with LLᵀ its covariance and z standard normal.
+    """The same under one prior of the curve; the noise is searched from `start`. What the triangle
+    knows of the unknowns that the rows see is their prior: β = β0 + L z, with LLᵀ its covariance
+    and z standard normal.
     """
-    free, count = bare.model.error_count, bare.model.count
-    known = triangle.covariance[:free, :free]
+    count, model = bare.model.count, replace(bare.model, static_error=True)
+    theta = near.theta + triangle.estimate[:count]
+    plain = altitude_regression(rows, model, theta, bare.nuisances)
+    places = np.flatnonzero(np.any(plain.regressors != 0.0, axis=0))
+    known = triangle.covariance[np.ix_(places, places)]
     scale = np.sqrt(np.diag(known))
     root = scale[:, None] * np.linalg.cholesky(known / np.outer(scale, scale))
-    theta = near.theta + triangle.estimate[:count]
-    plain = altitude_regression(rows, replace(bare.model, static_error=True), theta, ())
-    seen = plain.regressors[:, :free] @ root
-    problem = Regression(plain.response, seen, seen, np.ones(free))
+    seen = plain.regressors[:, places]
+    moved = np.where(places < count, 0.0, triangle.estimate[places])
+    problem = Regression(
+        plain.response - seen @ moved, seen @ root, seen @ root, np.ones(len(places))
+    )
     noise, log_evidence = _tried(problem, rows, start)
     z, left = solve(problem, AltitudeNoise(rows)(noise))
-    step = triangle.covariance[:count, :free] @ np.linalg.solve(root.T, z)
+    step = triangle.covariance[:count, places] @ np.linalg.solve(root.T, z)
     joint = replace(near, theta=theta + step, noise=np.concatenate([near.noise, noise]))
     return joint, log_evidence, _chance(z, left)
 

@@ -228,6 +228,7 @@ class Observations:
     standard_day: bool
     parts: UsableParts  # of the log, over its rows, and those that all limits leave
     usable: UsableParts
+    acceleration: Array  # m/s² over the ground toward north and east, (n, 2)
     heading: Array | None = None  # rad, as logged
 
     def __len__(self) -> int:
@@ -316,6 +317,7 @@ def observe(
         standard_day=standard,
         parts=parts,
         usable=usable,
+        acceleration=_acceleration(log.time, velocity[:2], stretch)[used],
         heading=None if log.heading is None else log.heading[used],
     )
 
@@ -442,6 +444,22 @@ def _between_fixes(
         velocity[:, rows] = CubicSpline(knots, held[:, fixes], axis=1)(time[rows])
         between |= rows
     return velocity, between
+
+
+_RATE_OVER = 2.0  # s: short against a turn, long against the noise of a velocity
+
+
+def _acceleration(time: Seconds, velocity: Array, stretch: NDArray[np.intp]) -> Array:
+    """The change of velocities (2, n) over two seconds around each row, (n, 2) [m/s²], within its
+    stretch; 0 for a row alone.
+    """
+    edges = np.flatnonzero(np.diff(stretch, prepend=-1, append=stretch[-1] + 1))
+    first, last = time[edges[:-1]], time[edges[1:] - 1]
+    number = np.searchsorted(edges, np.arange(len(time)), side="right") - 1
+    ahead = np.minimum(time + 0.5 * _RATE_OVER, last[number])
+    behind = np.maximum(time - 0.5 * _RATE_OVER, first[number])
+    change = [np.interp(ahead, time, v) - np.interp(behind, time, v) for v in velocity]
+    return np.asarray((np.stack(change) / np.maximum(ahead - behind, 1e-9)).T)
 
 
 def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, float, bool]:

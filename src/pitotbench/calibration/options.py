@@ -5,6 +5,7 @@ show.
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from math import inf, isfinite
+from types import MappingProxyType
 from typing import Any
 
 from pitotbench.catalog import UnknownNameError, explain
@@ -144,6 +145,13 @@ def _prior(value: float, unit: str, usual: tuple[float, float], source: str) -> 
     return field(default=value, metadata={"unit": unit, "usual": usual, "source": source})
 
 
+def _column(value: float, unit: str, usual: tuple[float, float], source: str) -> Any:
+    """The same of a column's coefficient (1σ): 0 leaves the column out."""
+    return field(
+        default=value, metadata={"unit": unit, "usual": usual, "source": source, "column": True}
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Priors:
     """The numbers of the priors, each a field with unit, usual range and source in its metadata.
@@ -153,8 +161,9 @@ class Priors:
     it does.
 
     A name that ends in `factor` is one standard deviation of a log-normal prior, as a factor; the
-    other standard deviations are those of half-normal priors, or 1σ. Raises BadInputError for a
-    number that is not above zero, or a factor that is not above one.
+    other standard deviations are those of half-normal priors, or 1σ. Those of a column (`COLUMNS`)
+    may be 0, which leaves the column out. Raises BadInputError for another number that is not above
+    zero, or a factor that is not above one.
     """
 
     gust_mps: float = _prior(2.0, "m/s", (0.5, 5.0), "gusts' standard deviation: severe is 3")
@@ -186,9 +195,27 @@ class Priors:
         0.002, "Δp/q_c", (0.0005, 0.01), "root mean square; a quarter and four times are its rivals"
     )
 
+    receiver_smoothing_s2: float = _column(
+        0.1,
+        "s²",
+        (0.02, 0.5),
+        "square of the time constant, 0.3 s; the latency found and the interval of the fixes add",
+    )
+    latency_s: float = _column(
+        1.0, "s", (0.2, 2.0), "GPS velocity after the air data; measured logs: −1.1 to +0.6"
+    )
+    height_latency_s: float = _column(
+        0.5, "s", (0.2, 1.0), "GPS height after its velocity; measured logs: −0.84"
+    )
+    turn_lift: float = _column(
+        0.02, "Δp/q_c", (0.01, 0.05), "part in n − 1 at the middle of the speeds: lift is n/q"
+    )
+
     def __post_init__(self) -> None:
         for each in fields(self):
             value, least = getattr(self, each.name), float(each.name.endswith("factor"))
+            if value == 0.0 and each.name in COLUMNS:
+                continue
             if not isfinite(value) or value <= least:
                 raise BadInputError(f"prior {each.name} = {value:g}: give more than {least:g}")
 
@@ -199,19 +226,23 @@ class Priors:
         )
 
 
+COLUMNS = tuple(each.name for each in fields(Priors) if each.metadata.get("column"))
 PRIORS = Priors()
 CARD_PRIORS = ("curve_slope", "curve_lift", "curve_departure")  # that a card of legs takes
 StatedPriors = Priors | Mapping[str, float] | None
 
 
-def priors_of(stated: StatedPriors) -> Priors:
+def priors_of(stated: StatedPriors, header: Mapping[str, object] = MappingProxyType({})) -> Priors:
     """Return a whole record of priors from some of its names.
 
+    A name that is not stated comes from the header's table `priors`, else it has its usual value.
     Raises BadInputError for unknown names or wrong numbers.
     """
     if isinstance(stated, Priors):
         return stated
-    return Priors(**_numbers("prior", stated or {}, fields(Priors), "gust_length_m = 300"))
+    layers = (header.get("priors", {}), stated or {})
+    known = [_numbers("prior", each, fields(Priors), "gust_length_m = 300") for each in layers]
+    return Priors(**{**known[0], **known[1]})
 
 
 def stated_of(priors: StatedPriors) -> dict[str, float]:
@@ -273,7 +304,8 @@ class CalibrationOptions:
     the log shows a change; `linear` in time, and in height where the log climbs; `drifting`, a slow
     Gauss-Markov process whose size is estimated (method `covering`). gps_latency [s]: time by which
     GPS velocity is stamped late; it is subtracted.
-    latency: `given`, `checked` (a warning where the log shows another) or `estimated`.
+    latency: `given`; `checked`, a column with a prior; or `estimated`, the same, which refuses a log
+    that does not determine it.
     robust: leave out faulty rows and list them.
     accuracies: 2σ of constant errors that the residual does not show, as a whole record or by name.
     A name that is not given comes from the log's header, else it has the usual accuracy (`USUAL`).

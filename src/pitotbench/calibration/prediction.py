@@ -7,15 +7,19 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.special import ndtr
 
 from pitotbench import air
 from pitotbench.calibration.observations import Blocks, Observations
 from pitotbench.calibration.options import (
     WITHOUT_TEMPERATURE,
+    Accuracies,
     CalibrationOptions,
+    Priors,
     accuracies_of,
     priors_of,
 )
+from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.pressure_error.models import PressureErrorModel
@@ -439,10 +443,13 @@ _LEAST_LAYER = 150.0  # m, of the thinnest layer in which the wind changes by on
 _MOST_LAYERS = 8
 
 ZERO = "impact_pressure_zero_pa"  # the only nuisance that enters the correction of a reading
+LATENCY, SMOOTHING = "latency_s", "receiver_smoothing_s2"
 _AXES = ("north", "east")
 
 Column = Callable[[Prediction, Observations], MetersPerSecond]
+HeightColumn = Callable[["HeightState"], Array]
 Change = Callable[[Observations], Array | float]
+Share = Callable[[Pascal, Array], Array]  # of impact pressure and load factor, Δp/q_c per unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -456,13 +463,37 @@ class Nuisance:
 
     `name` ends in the unit and `deviation` is the prior's standard deviation in it. `column` gives
     the change of the predicted true airspeed per unit, (n,) [m/s]. `wind` is the axis (0 north, 1
-    east) of one that changes the wind, and its change from row to row; None for another.
+    east) of one that changes the wind, and its change from row to row; None for another. `height`
+    gives the change of the altitude rows per unit [m], None for none; `of_source` states that this
+    is an error of the static source, and no other place of the error shows in the height.
+    `positive` states that the prior is half-normal. Where its effect is not above `planned`, the
+    airspeed says nothing of it.
     """
 
     name: str
     deviation: float
     column: Column
     wind: tuple[int, Change] | None = None
+    height: HeightColumn | None = None
+    of_source: bool = False
+    positive: bool = False
+    planned: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class HeightState:
+    """What a column of the altitude rows is made of, (n,) each.
+
+    `gain` are meters per pascal, `impact_pressure` [Pa] is indicated and 0 at rest, `load` is the
+    load factor, `climb` [m/s] the climb rate, and `temperature_slope` the change of the column's
+    height per kelvin [m/K].
+    """
+
+    gain: Array
+    impact_pressure: Pascal
+    load: Array
+    climb: MetersPerSecond
+    temperature_slope: Array
 
 
 def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
@@ -470,11 +501,16 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
 
     A nuisance whose accuracy is zero is left out.
     """
-    stated = accuracies_of(options.accuracies, {})
+    stated, priors = accuracies_of(options.accuracies, {}), priors_of(options.priors)
     temperature = max(stated.temperature_k, WITHOUT_TEMPERATURE if obs.standard_day else 0.0)
     probe_heated = 1.0 if obs.probe_heating > 0.0 else 0.0  # an air temperature needs no recovery
     known = (
-        Nuisance("temperature_k", 0.5 * temperature, _by_temperature),
+        Nuisance(
+            "temperature_k",
+            0.5 * temperature,
+            _by_temperature,
+            height=lambda rows: rows.temperature_slope,
+        ),
         Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
         Nuisance("static_pressure_pa", 0.5 * stated.static_pressure_pa, _by_static_pressure),
         Nuisance(ZERO, 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
@@ -482,12 +518,111 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
             Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, _wind(i))
             for i, a in enumerate(_AXES)
         ),
-        Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
+        *_latencies(options, stated, priors, options.use_altitude and obs.altitude is not None),
+        Nuisance(SMOOTHING, _smoothing(options, obs), _by_smoothing, positive=True),
+        _of_pressure("turn_lift", priors.turn_lift, _turn_lift(obs)),
     )
-    change = priors_of(options.priors).wind_change_mps
+    change = priors.wind_change_mps
     layers = () if options.wind == "constant" else _layers(obs, change)
     linear = _linear_wind(obs, change) if options.wind == "linear" else ()
     return (*(n for n in known if n.deviation > 0.0), *linear, *layers)
+
+
+def _smoothing(options: CalibrationOptions, obs: Observations) -> float:
+    """The prior of the square of the receiver's time constant [s²].
+
+    A mean over T, and a velocity that is the difference of two fixes, is a smoothing of T²/12; a
+    filter of first order is one of the square of its latency.
+    """
+    own = priors_of(options.priors).receiver_smoothing_s2
+    apart = float(np.median(np.diff(obs.time[obs.fresh]))) if obs.fresh.sum() > 1 else 0.0
+    return (own + apart**2 / 12.0 + options.gps_latency**2) * (own > 0.0)
+
+
+def with_filter(
+    nuisances: Sequence[Nuisance], found: Array, covariance: Array
+) -> tuple[Nuisance, ...]:
+    """Widen the prior of the smoothing by the mean square of the latency that was found, of
+    nuisances with an estimate (m,) and a covariance (m, m): a filter makes both, and none makes
+    the velocity early.
+    """
+    names = [each.name for each in nuisances]
+    if LATENCY not in names:
+        return tuple(nuisances)
+    place = names.index(LATENCY)
+    late, spread = float(found[place]), float(np.sqrt(covariance[place, place]))
+    share, density = float(ndtr(late / spread)), np.exp(-0.5 * (late / spread) ** 2)
+    squared = (late**2 + spread**2) * share + late * spread * density / np.sqrt(2.0 * np.pi)
+    return tuple(
+        replace(each, deviation=each.deviation + squared) if each.name == SMOOTHING else each
+        for each in nuisances
+    )
+
+
+# m/s²: an idle deceleration has 1, the response to moderate turbulence 0.1
+_PLANNED = 0.4
+
+
+def _latencies(
+    options: CalibrationOptions, stated: Accuracies, priors: Priors, height: bool
+) -> tuple[Nuisance, ...]:
+    """The latency of the GPS velocity, and that of its height beyond that of the velocity.
+
+    The ground speed responds to gusts, by an airspeed hold or by drag alone, and these small
+    accelerations imitate a latency (simulated flights without latency gave −1.0 to −1.5 s on
+    circles and level legs). So only larger ones, planned, are the instrument.
+    """
+    free = options.latency != "given"
+    return (
+        Nuisance(
+            LATENCY,
+            max(0.5 * stated.latency_s, priors.latency_s * free),
+            by_latency,
+            height=lambda rows: -rows.climb,
+            planned=_PLANNED * free,
+        ),
+        Nuisance(
+            "height_latency_s",
+            priors.height_latency_s * (free and height),
+            lambda prediction, obs: np.zeros(len(obs)),
+            height=lambda rows: -rows.climb,
+        ),
+    )
+
+
+def with_signs(answer: Posterior, nuisances: Sequence[Nuisance], first: int) -> Posterior:
+    """Return an answer in which the nuisances that are `positive` are; `first` is the place of the
+    first nuisance.
+    """
+    for place, nuisance in enumerate(nuisances, start=first):
+        if nuisance.positive:
+            answer = answer.not_negative(place)
+    return answer
+
+
+def _of_pressure(name: str, deviation: float, share: Share) -> Nuisance:
+    """An error of the static source beside the curve of level flight, as a share of the impact
+    pressure.
+    """
+
+    def column(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+        load = load_factor(_across(prediction, obs))
+        return share(prediction.indicated, load) * prediction.by_error / prediction.slope
+
+    def height(rows: HeightState) -> Meters:
+        flying = np.maximum(rows.impact_pressure, 1.0)
+        return rows.gain * rows.impact_pressure * share(flying, rows.load)
+
+    return Nuisance(name, deviation, column, height=height, of_source=True)
+
+
+def _turn_lift(obs: Observations) -> Share:
+    """In a turn the lift coefficient is n/q: the curve of level flight holds 1/q, and n − 1 is
+    left. One in the middle of the flown ln q_ci.
+    """
+    low, high = np.quantile(obs.impact_pressure, [0.001, 0.999])
+    middle = float(np.sqrt(low * high))
+    return lambda impact, load: (load - 1.0) * middle / impact
 
 
 def along_track(prediction: Prediction) -> Array:
@@ -575,17 +710,24 @@ def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
     """Change of the predicted airspeed per second of GPS latency, (n,) [m/s]: the ground
     acceleration along it.
     """
-    return np.asarray(-np.einsum("na,na->n", along_track(prediction), _acceleration(obs)))
+    return np.asarray(-np.einsum("na,na->n", along_track(prediction), obs.acceleration))
 
 
-def _acceleration(obs: Observations) -> Array:
-    """Acceleration over the ground toward north and east, (n, 2) [m/s²]."""
-    return np.stack([_rate(v, obs) for v in (obs.velocity_north, obs.velocity_east)], axis=1)
+def _across(prediction: Prediction, obs: Observations) -> Array:
+    """The acceleration over the ground across the path through the air, (n,) [m/s²]."""
+    north, east = along_track(prediction).T
+    return np.asarray(north * obs.acceleration[:, 1] - east * obs.acceleration[:, 0])
 
 
-def _rate(values: Array, obs: Observations) -> Array:
-    """Time derivative; zero next to a pause, where the difference spans the pause."""
-    rate = np.gradient(values, obs.time)
-    edge = np.flatnonzero(np.diff(obs.stretch))
-    rate[edge] = rate[edge + 1] = 0.0
-    return rate
+def _by_smoothing(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    """Change of the predicted airspeed per s² of τ²: a velocity that turns at ω and is smoothed
+    over τ is too short by 1/√(1 + ω²τ²), of which the first term is kept.
+
+    A mean over T is a smoothing with τ² = T²/12.
+    """
+    return np.asarray(0.5 * _across(prediction, obs) ** 2 / prediction.true_airspeed)
+
+
+def load_factor(across: Array) -> Array:
+    """The load factor of a level turn, (n,) [-], by the acceleration across the path (n,) [m/s²]."""
+    return np.asarray(np.hypot(1.0, across / air.GRAVITY))

@@ -2,9 +2,9 @@
 answer.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,6 @@ from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeRows
 from pitotbench.calibration.covering import (
     CoveringFit,
     FirstPass,
-    acceleration_effect,
     first_pass,
     posterior_of,
 )
@@ -37,18 +36,20 @@ from pitotbench.calibration.options import (
     accuracies_of,
     assumptions_of,
     priors_of,
+    stated_of,
 )
 from pitotbench.calibration.output_error import (
     OutputErrorFit,
     fit_scalar,
 )
 from pitotbench.calibration.prediction import (
+    LATENCY,
     Nuisance,
     PredictionModel,
     WindPath,
-    by_latency,
     nuisances_of,
     wind_by_circle,
+    with_signs,
 )
 from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
 from pitotbench.estimation.mixture import Posterior
@@ -58,7 +59,6 @@ from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
     Assumption,
     Diagnostics,
-    Estimate,
     HeightFound,
     LatencyFound,
     WindChange,
@@ -71,72 +71,6 @@ from pitotbench.units import DEGREE, KNOT, Array
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 from pitotbench.calibration.screening import screen
-
-_PLANNED = 0.4  # m/s²: an idle deceleration has 1, the response to moderate turbulence 0.1
-_READINGS = 4  # of the log, at most, each with the latest estimate
-_LARGEST = 2.0  # s, of a latency of either sign
-
-
-def estimate_latency(
-    log: FlightLog,
-    options: CalibrationOptions,
-    obs: Observations,
-    structure: Structure,
-    fit: CoveringFit,
-) -> Estimate:
-    """Estimate the latency of the GPS velocity [s], with 2σ.
-
-    A latency has an effect where the airplane accelerates over the ground along the airspeed. But
-    the ground speed also responds to gusts, by an airspeed hold or by drag alone. These small
-    accelerations imitate a latency (simulated flights without latency gave −1.0 to −1.5 s on
-    circles and level legs). Therefore only larger accelerations count. They are smoothed, which
-    also removes the noise of the velocity. A log without any, of steady legs or turns, does not
-    determine the latency.
-
-    It is negative where the air data trail. The 2σ is infinite where the log does not determine it.
-    The rows of the fit, `obs`, are read again with each estimate until the estimate settles.
-    """
-    column = Nuisance("latency_s", _PLANNED, by_latency)
-    total = options.gps_latency
-    for _ in range(_READINGS):
-        tried = replace(options, gps_latency=total)
-        # No name for the rows: a second reading of a long log would find the first in memory.
-        found = acceleration_effect(structure, observe(log, tried, obs), fit, column)
-        total = float(np.clip(total + found.value, -_LARGEST, _LARGEST))
-        if abs(found.value) < 0.1 * found.two_sigma:
-            break
-    return Estimate("latency_s", total, found.two_sigma)
-
-
-def with_latency(options: CalibrationOptions, latency: Estimate) -> CalibrationOptions:
-    """Return the options with an estimated latency as the GPS latency and its 2σ as the accuracy.
-
-    A greater stated accuracy is kept. Raises NoAnswerError where the latency is unknown.
-    """
-    if not np.isfinite(latency.two_sigma):
-        raise NoAnswerError(
-            "the latency is not observable: the log holds no planned change of speed; fly an idle "
-            "deceleration, "
-            "or state the latency in seconds"
-        )
-    stated = accuracies_of(options.accuracies, {})
-    stated = replace(stated, latency_s=max(stated.latency_s, latency.two_sigma))
-    return replace(options, gps_latency=latency.value, accuracies=stated)
-
-
-def _latency_warning(latency: LatencyFound) -> Caution:
-    """The warning of a latency that differs from the one taken out by more than its 2σ."""
-    late, early = (
-        ("GPS velocity", "air data") if latency.value > 0.0 else ("air data", "GPS velocity")
-    )
-    return Caution(
-        f"the {late} trail the {early} by {abs(latency.value):.2f} ± {latency.two_sigma:.2f} s "
-        "(2σ); "
-        "use --latency estimated, or state it",
-        "latency",
-        size=latency.value,
-    )
-
 
 _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data
@@ -153,8 +87,8 @@ _MOST_LISTED = 1000  # left-out rows in the diagnostics
 class Reduction:
     """The reduction of a log: model, rows, white fit, answer, diagnostics and warnings.
 
-    `options` include the accuracies and the latency that were used. `assumptions` are the
-    accuracies assumed for the bound, each with its source.
+    `options` include the accuracies and the priors that were used. `assumptions` are the accuracies
+    assumed for the bound, each with its source, and `priors` those that the caller stated.
     """
 
     options: CalibrationOptions
@@ -168,6 +102,7 @@ class Reduction:
     error_location: str = IMPACT
     altitude: AltitudeRows | None = None
     assumptions: tuple[Assumption, ...] = ()
+    priors: Mapping[str, float] = field(default_factory=dict)
     winds: tuple[WindowWind, ...] = ()
     path: WindPath | None = None
     fit: CoveringFit | None = None
@@ -199,7 +134,11 @@ def reduce_log(
     options, where it was read before. Raises BadInputError for a log that cannot be used,
     NoAnswerError for one that does not determine the answer.
     """
-    used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
+    used = replace(
+        options,
+        accuracies=accuracies_of(options.accuracies, log.header),
+        priors=priors_of(options.priors, log.header),
+    )
     obs = observe(log, used) if rows is None else rows
     model, usable = model_of(used, scale or scale_of([obs])), obs.usable
     _require_observable(model, obs, log)
@@ -222,6 +161,7 @@ def reduce_log(
         log_start=log.start,
         left_out=usable.reasons,
         warnings=(*_warnings(log, reduction, left_out), *reduction.warnings),
+        priors=stated_of(options.priors),
         assumptions=_relevant_assumptions(assumed, used, reduction.observations),
     )
 
@@ -391,25 +331,18 @@ def _white_fit(
 
 
 def _cover(log: FlightLog, white: Reduction) -> Reduction:
-    """Give the white reduction the covering fit; with an estimated latency the log is read and
-    fitted again.
+    """Give the white reduction the covering fit. Raises NoAnswerError where the latency is to be
+    estimated and the log does not determine it.
     """
-    options, obs = white.options, white.observations
-    located = _located(log, white)
-    if options.latency == "given":
-        return _covered(white, located, None)
-    latency = estimate_latency(log, options, obs, located.structure, located.fit)
-    if options.latency == "checked":
-        return _covered(
-            white,
-            located,
-            LatencyFound(latency.value, latency.two_sigma, latency.value - options.gps_latency),
+    found = _covered(white, _located(log, white))
+    latency = found.diagnostics.latency
+    unknown = latency is None or not np.isfinite(latency.two_sigma)
+    if white.options.latency == "estimated" and unknown:
+        raise NoAnswerError(
+            "the latency is not observable: the log holds no planned change of speed; fly an idle "
+            "deceleration, or state the latency in seconds"
         )
-    applied = with_latency(options, latency)
-    again = replace(white, options=applied, observations=observe(log, applied, obs))
-    return _covered(
-        again, _located(log, again), LatencyFound(latency.value, latency.two_sigma, 0.0)
-    )
+    return found
 
 
 def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
@@ -418,13 +351,14 @@ def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
     return fit_located(log, options, structure, obs, white.white.theta, white.path)
 
 
-def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None) -> Reduction:
+def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
     """The reduction with the answer of a located fit and what else it found."""
     structure, fit, obs = located.structure, located.fit, white.observations
-    change, answer = None, located.answer
+    change = None
+    answer = with_signs(located.answer, structure.nuisances, structure.model.count)
     stepped: tuple[Caution, ...] = ()
     if white.options.wind == "checked" and not structure.drifting:
-        change, answer = check_wind(structure, obs, fit, located.answer)
+        change, answer = check_wind(structure, obs, fit, answer)
         stepped = check_gain(structure, obs, fit, change)
     return replace(
         white,
@@ -433,7 +367,9 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
         nuisances=structure.nuisances,
         diagnostics=replace(
             white.diagnostics,
-            latency=latency,
+            latency=_latency(
+                replace(white, model=structure.model, nuisances=structure.nuisances), located.answer
+            ),
             wind_change=change,
             gusts=fit.gusts,
             height_agreement=located.chance,
@@ -448,6 +384,30 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
         path=fit.path,
         fit=fit,
     )
+
+
+# share of the prior variance: a log that resolves less does not determine the latency
+_LEAST_KNOWN = 0.04
+
+
+def _latency(reduction: Reduction, found: Posterior) -> LatencyFound | None:
+    """The latency of the GPS velocity by the log alone, without its prior; None where it is given.
+
+    It is negative where the air data trail. The 2σ is infinite where the log does not determine it:
+    it shows where the airplane accelerates over the ground along the airspeed.
+    """
+    names = [each.name for each in reduction.nuisances]
+    if reduction.options.latency == "given" or LATENCY not in names:
+        return None
+    place = names.index(LATENCY)
+    prior, at = reduction.nuisances[place].deviation, reduction.model.count + place
+    left = float(found.weights @ found.covariances[:, at, at]) / prior**2
+    given = reduction.options.gps_latency
+    if left > 1.0 - _LEAST_KNOWN:
+        return LatencyFound(given, float("inf"), 0.0)
+    freed = 1.0 / (1.0 - left)
+    value = given + float(found.mean[at]) * freed
+    return LatencyFound(value, 2.0 * prior * float(np.sqrt(left * freed)), 0.0)
 
 
 def _height_found(rows: AltitudeRows | None, fit: CoveringFit) -> HeightFound | None:
@@ -475,11 +435,6 @@ def _warnings(
 ) -> Iterator[Caution]:
     """The warnings of the log and those of its reduction, in the order in which they are shown."""
     found, condition = reduction.diagnostics, reduction.white.condition_number
-    late = (
-        found.latency
-        if found.latency is not None and abs(found.latency.left) > found.latency.two_sigma
-        else None
-    )
     for caution in log.cautions:
         if not _turned_by_delay(log, caution, found.latency):
             yield caution
@@ -501,8 +456,6 @@ def _warnings(
         yield Caution(text, "faulty rows", size=len(left_out))
     if found.wind_change is not None and _is_named(found.wind_change):
         yield _wind_warning(found.wind_change)
-    if late is not None:  # the 2σ is infinite where the log does not determine the latency
-        yield _latency_warning(late)
 
 
 def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | None) -> bool:

@@ -92,7 +92,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         diagnostics=reduction.diagnostics,
         error_location=reduction.error_location,
         assumptions=reduction.assumptions,
-        priors=stated_of(reduction.options.priors),
+        priors=reduction.priors,
         impact_pressure_zero=zero,
         winds=reduction.winds or _one_window(reduction, wind),
         parts=reduction.parts,
@@ -127,7 +127,11 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
 
     Raises as `location.fit_by_height` does.
     """
-    used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
+    used = replace(
+        options,
+        accuracies=accuracies_of(options.accuracies, log.header),
+        priors=priors_of(options.priors, log.header),
+    )
     obs = observe(log, used)
     # Height tells the level well and the slope hardly: of a smooth curve these two laws are left,
     # alike likely.

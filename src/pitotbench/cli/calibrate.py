@@ -61,7 +61,7 @@ FLAGS = (
     ),
     flag(
         "--latency",
-        help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` "
+        help="seconds by which GPS velocity trails the air data, or `estimated` from the log, or `checked` "
         "(default)",
     ),
     flag("--all-rows", action="store_true", help="keep faulty rows"),
@@ -303,7 +303,7 @@ def _latency(text: str) -> dict[str, object]:
     if text in _NAMED_LATENCIES:
         return {"latency": text}
     try:
-        return {"gps_latency": float(text), "latency": "checked"}
+        return {"gps_latency": float(text), "latency": "given"}
     except ValueError as error:
         raise BadInputError(
             f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}"

@@ -8,7 +8,7 @@ approximations: Rue, Martino and Chopin 2009; §6.5 for the nodes).
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import log_ndtr, ndtr, ndtri
 
 from pitotbench.units import Array
 
@@ -110,6 +110,26 @@ class Posterior:
         covariances = np.pad(self.covariances, ((0, 0), (0, more), (0, more)))
         covariances[:, range(-more, 0), range(-more, 0)] = _ROUNDING
         return Posterior(self.weights, np.pad(self.means, ((0, 0), (0, more))), covariances)
+
+    def not_negative(self, place: int) -> "Posterior":
+        """The same answer where θ[place] cannot be negative, as with a half-normal prior.
+
+        Each Gaussian keeps the mean and the covariance that its part at θ[place] >= 0 has (Johnson,
+        Kotz and Balakrishnan, Continuous Univariate Distributions 1, 1994, §10.1).
+        """
+        shared = self.covariances[:, :, place]
+        deviation = np.sqrt(shared[:, place])
+        z = self.means[:, place] / deviation
+        ratio = np.exp(-0.5 * z**2 - log_ndtr(z)) / np.sqrt(2.0 * np.pi)
+        weights = self.weights * ndtr(z)
+        by_deviation = shared / deviation[:, None]
+        lost = ratio * (ratio + z)
+        return Posterior(
+            weights / weights.sum(),
+            self.means + by_deviation * ratio[:, None],
+            self.covariances
+            - lost[:, None, None] * by_deviation[:, :, None] * by_deviation[:, None, :],
+        )
 
     def two_sigma(self, gradient: Array) -> Array:
         """2σ of linear functions of θ with gradient (c, p), as half-widths of the mixture, (c,)."""

@@ -59,10 +59,7 @@ def checks_of(result: Calibration) -> list[Check]:
     late, change, agreement = found.latency, found.wind_change, found.height_agreement
     delay = ""
     if late is not None and np.isfinite(late.two_sigma):
-        delay = (
-            f"{late.value:+.2f} ± {late.two_sigma:.2f} s (2σ), of which {late.left:+.2f} s is "
-            "not taken out"
-        )
+        delay = f"{late.value:+.2f} ± {late.two_sigma:.2f} s (2σ), taken out"
     known = (
         "the wind is unknown"
         if wind is None

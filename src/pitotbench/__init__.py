@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from pitotbench.bench.forecasts import PlanRequest as PlanRequest
     from pitotbench.bench.planner import plan as plan
     from pitotbench.bench.questions import calibrate as calibrate
+    from pitotbench.bench.questions import fixed_speed as fixed_speed
     from pitotbench.bench.questions import inspect as inspect
     from pitotbench.bench.questions import reconcile as reconcile
     from pitotbench.bench.workflow import FullReconciliation as FullReconciliation
-    from pitotbench.calibration.leg_methods import fixed_speed as fixed_speed
     from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
     from pitotbench.campaigns.campaign import CampaignRequest as CampaignRequest
     from pitotbench.campaigns.campaign import CampaignResult as CampaignResult
@@ -56,7 +56,7 @@ _MODULES = {
     "UnknownNameError": "catalog",
     "Verdict": "records.verdict",
     "calibrate": "bench.questions",
-    "fixed_speed": "calibration.leg_methods",
+    "fixed_speed": "bench.questions",
     "fly": "simulation.sortie",
     "inspect": "bench.questions",
     "plan": "bench.planner",

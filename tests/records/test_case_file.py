@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from pitotbench.records import BadInputError
 from pitotbench.records.case import (
+    _NAMES,
     PILOTS,
     TURBULENCE_SEVERITY,
     USUAL_RATE,
@@ -41,7 +42,7 @@ systems = st.builds(
 cases = st.builds(
     Case,
     aircraft=st.text(max_size=20),
-    maneuver=names,
+    maneuver=st.sampled_from(_NAMES["maneuver"]),
     card=st.dictionaries(
         names, st.floats(-1e9, 1e9) | st.integers(-99, 99) | st.booleans() | st.text(max_size=5)
     ),

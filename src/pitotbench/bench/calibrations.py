@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from pitotbench.calibration.flights import Known
     from pitotbench.calibration.options import CalibrationOptions
+    from pitotbench.logbook.assembly import Part
+    from pitotbench.logbook.columns import Table
     from pitotbench.reconciliation.free_parameters import AnalysisSetting
 
 
@@ -32,39 +34,82 @@ DEFAULTS = {"latency": "checked", "wind": "checked", "model": "smooth"}
 
 
 def logs_of(
-    given: OneLog | Sequence[OneLog], asked: str, mapping: str | Path | None = None
+    given: OneLog | Sequence[OneLog],
+    asked: str,
+    mapping: str | Path | None = None,
+    part: "Part | None" = None,
 ) -> list[FlightLog]:
     """Return the logs that stand for what was given to the function `asked`, read and checked where
     needed.
 
-    `mapping` reads files and tables, as in `read_log`. Raises BadInputError for anything else, and
+    `mapping` reads files and tables, and the `part` alone is read, as in `read_log`. Raises BadInputError for anything else, and
     for a file or a table that is no log.
     """
     if isinstance(given, list | tuple):
         if not given:
             raise BadInputError(f"{asked} needs at least one log")
-        return [log for each in given for log in logs_of(each, asked, mapping)]
+        return [log for each in given for log in logs_of(each, asked, mapping, part)]
     if isinstance(given, FlightLog):
-        return [given]
+        return [given if part is None else _rows_of(given, part)]
+    from pitotbench.logbook.assembly import WHOLE
+
     if isinstance(given, str | Path):
         from pitotbench.logbook.reading import read_log
 
-        return [read_log(given, mapping)]
+        return [read_log(given, mapping, part=part or WHOLE)]
     from pandas import DataFrame  # slow, and not needed for a log
 
     if isinstance(given, DataFrame):
         from pitotbench.logbook.assembly import log_of
         from pitotbench.logbook.columns import Table
+        from pitotbench.logbook.draft import MissingColumnsError
         from pitotbench.logbook.reading import mapped
 
         names = tuple(str(name) for name in given.columns)
         table = Table(names, tuple(given[name].to_numpy() for name in given.columns))
-        return [log_of(table if mapping is None else mapped(table, mapping))]
+        if mapping is not None:
+            return [log_of(mapped(table, mapping), part or WHOLE)]
+        try:
+            return [log_of(table, part or WHOLE)]
+        except MissingColumnsError as error:
+            raise BadInputError(_names_to_give(table) or str(error)) from error
     raise BadInputError(
         f"{asked} takes a path, a DataFrame, a log or a list of them, not {type(given).__name__}; "
         "read_log reads a "
         "file with a mapping of yours"
     )
+
+
+def _names_to_give(table: "Table") -> str:
+    """Return what to call the columns of a table in memory, as far as names and values tell it;
+    empty where they tell nothing.
+    """
+    from pitotbench.logbook.drafting import draft_mapping
+    from pitotbench.units import SYMBOLS
+
+    drafted = draft_mapping(table)
+    known = [line.guess for line in drafted.lines if line.guess.theirs != line.guess.target()]
+    asked = "; ".join(
+        f"{g.theirs}: {SYMBOLS.get(g.units[0], g.units[0])}? name it {g.target()}"
+        + (f" and multiply it by {g.factor:g}" if g.factor != 1.0 else "")
+        for g in known
+    )
+    lacking = f"; no column was found for {', '.join(drafted.missing)}" * bool(drafted.missing)
+    return f"a column's name ends in its unit: {asked}{lacking}" if known else ""
+
+
+def _rows_of(log: FlightLog, part: "Part") -> FlightLog:
+    """Return the part of a log in memory. Raises BadInputError where it holds no two rows."""
+    from pitotbench.timeline import minutes_text
+
+    first, last, *_ = part
+    time = log.time - log.start
+    kept = (time >= (first or 0.0)) & (time <= (float(time[-1]) if last is None else last))
+    if int(kept.sum()) < len(part):
+        raise BadInputError(
+            f"no rows between start and end: the log runs from 0:00 to {minutes_text(time[-1])}"
+        )
+    return log.part(kept)
 
 
 def calibrate_each(

@@ -3,13 +3,14 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, cast, overload
 
 from pitotbench.bench.calibrations import (
     OneLog,
     Source,
     advice_of,
     calibrate_each,
+    flag_choice,
     flatten,
     logs_of,
     model_sources,
@@ -22,7 +23,9 @@ from pitotbench.bench.calibrations import (
 )
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import Case
+from pitotbench.records.legs import FixedSpeedPoint, FixedSpeedResult, FlyByPoint, HandCard
 from pitotbench.records.log import FlightLog, LogInspection
+from pitotbench.units import MetersPerSecond, Radians
 
 if TYPE_CHECKING:
     from pitotbench.bench.workflow import FullReconciliation, NamedLog
@@ -36,6 +39,8 @@ def calibrate(
     options: "CalibrationOptions | None" = None,
     mapping: str | Path | None = None,
     handbook: str | Path | None = None,
+    start: str | None = None,
+    end: str | None = None,
     **choices: Any,
 ) -> Calibration: ...
 
@@ -46,6 +51,8 @@ def calibrate(
     options: "CalibrationOptions | None" = None,
     mapping: str | Path | None = None,
     handbook: str | Path | None = None,
+    start: str | None = None,
+    end: str | None = None,
     **choices: Any,
 ) -> tuple[Calibration, ...]: ...
 
@@ -55,6 +62,8 @@ def calibrate(
     options: "CalibrationOptions | None" = None,
     mapping: str | Path | None = None,
     handbook: str | Path | None = None,
+    start: str | None = None,
+    end: str | None = None,
     **choices: Any,
 ) -> Calibration | tuple[Calibration, ...]:
     """Estimate the pressure-error curve and the wind: from a log, a path, a DataFrame, or a list of
@@ -64,7 +73,8 @@ def calibrate(
     fields as keywords (`model="quadratic"`, `wind="constant"`; what is not named comes from the
     mapping, else from `DEFAULTS`, else from `CalibrationOptions`); mapping, a shipped name or a
     TOML file, for logs with other column names; handbook, a table (CSV) of KIAS and KCAS to compare
-    the curve with. A list has one curve, and a Calibration with its
+    the curve with; start and end, the minutes and seconds of the log between which it is used, such
+    as `start="12:30", end="25:00"`. A list has one curve, and a Calibration with its
     own wind for each log. A folder or a .zip file of several logs stands for the list of those that
     have an answer, whose warnings name the others; they have a curve each where they are of several
     airplanes or recorders. Several flights of one log have one curve, and their winds in `winds`. SI
@@ -75,7 +85,11 @@ def calibrate(
     from pitotbench.calibration.flights import of_one_log
     from pitotbench.logbook.same_flight import distinct
 
-    published = published_of(handbook)
+    published, part = published_of(handbook), None
+    if start is not None or end is not None:
+        from pitotbench.logbook.assembly import part_of
+
+        part = part_of(start, end, names=("start", "end"))
     given = flatten(logs)
     flat = given if mapping else [one for each in given for one in _logs_of(each)]
     if len(flat) > len(given):
@@ -83,22 +97,64 @@ def calibrate(
 
         answers = calibrate_folder(
             flat,
-            lambda each: logs_of(each, "calibrate")[0],
+            lambda each: logs_of(each, "calibrate", part=part)[0],
             options=options,
             published=published,
             **choices,
         )
         return tuple(of_one_log(answer.log, answer.flights) for answer in answers if answer.flights)
-    read = logs_of(logs, "calibrate", mapping)
-    flights = calibrate_each(
-        read, options, mapping, sources_of("log", logs, read), published=published, **choices
-    )
+    read = logs_of(logs, "calibrate", mapping, part)
+    moments = (("from", start, "the first row"), ("to", end, "the last row"))
+    flags = [flag_choice(*moment) for moment in moments if part]
+    sources = sources_of("log", logs, read)
+    flights = calibrate_each(read, options, mapping, sources, flags, published, **choices)
     once = distinct(read, names_of(given, len(read)))
     found = tuple(
         of_one_log(once.logs[at], [each for each in flights if each.place == once.first[at]])
         for at in once.places
     )
     return found if isinstance(logs, list | tuple) else found[0]
+
+
+Legs = tuple[FixedSpeedPoint, ...] | tuple[FlyByPoint, ...] | HandCard | FixedSpeedResult
+
+
+def fixed_speed(
+    legs: OneLog | MetersPerSecond, track: Radians | None = None, mapping: str | Path | None = None
+) -> Legs:
+    """Answer by the methods that need one true airspeed, as `pitotbench fixed-speed` does.
+
+    Of a log (a path, a DataFrame or a FlightLog; `mapping` as for `calibrate`) the points of its
+    legs and turns; of a card (CSV) with a row a leg its points and curves; of tower fly-bys a point
+    a pass. Three or four ground speeds [m/s] with their true tracks [rad] give the true airspeed
+    and the wind, a `FixedSpeedResult`. Raises BadInputError for what cannot be used, NoAnswerError
+    where no leg is found.
+    Source: `docs/fixed-speed.md`.
+    """
+    if track is not None:
+        from pitotbench.calibration.leg_methods import fixed_speed as of_legs
+
+        return of_legs(cast(MetersPerSecond, legs), track)
+    if isinstance(legs, str | Path):
+        from pitotbench.calibration.fly_by import reduce_fly_bys
+        from pitotbench.calibration.hand_card import reduce_card
+        from pitotbench.calibration.options import accuracies_of
+        from pitotbench.logbook.points_table import (
+            is_fly_by_card,
+            is_points_table,
+            read_fly_bys,
+            read_points,
+        )
+
+        path, usual = Path(legs), accuracies_of(None, {})
+        if is_fly_by_card(path):
+            return tuple(reduce_fly_bys(*read_fly_bys(path), usual))
+        if is_points_table(path):
+            return reduce_card(*read_points(path), usual)
+    from pitotbench.calibration.leg_points import fixed_speed_points
+
+    (log,) = logs_of([cast(OneLog, legs)], "fixed_speed", mapping)
+    return tuple(fixed_speed_points(log, options_of([log], mapping)))
 
 
 def _logs_of(given: OneLog) -> Sequence[OneLog]:

@@ -40,7 +40,8 @@ from pitotbench.catalog import explain
 from pitotbench.logbook.columns import atomic, write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case, DataSystem
-from pitotbench.records.case_file import CASE_SUFFIXES, case_columns, case_of_table, write_case
+from pitotbench.records.case_file import case_columns, case_of_table, write_case
+from pitotbench.records.entries import CASE_SUFFIXES
 from pitotbench.show.markup import Section
 from pitotbench.show.reader_units import BENCH, Units
 

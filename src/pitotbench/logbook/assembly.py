@@ -18,13 +18,18 @@ Part = tuple[float | None, float | None, *tuple[Span, ...]]
 WHOLE: Part = (None, None)
 
 
-def part_of(begin: str | None, end: str | None, without: Iterable[str] = ()) -> Part:
+def part_of(
+    begin: str | None,
+    end: str | None,
+    without: Iterable[str] = (),
+    names: tuple[str, str] = ("--from", "--to"),
+) -> Part:
     """Return the part of a log that texts state: two moments such as `12:30`, and spans such as
-    `14:00-15:30` to leave out. Raises BadInputError for a text that is none.
+    `14:00-15:30` to leave out. Raises BadInputError, with the name of the moment, for what is none.
     """
     first, last = (
-        None if not text else _moment(flag, text)
-        for flag, text in (("--from", begin), ("--to", end))
+        None if text in (None, "") else _moment(name, text)
+        for name, text in zip(names, (begin, end), strict=True)
     )
     spans = []
     for text in without:
@@ -39,10 +44,12 @@ def _moment(flag: str, text: str) -> float:
     """Return the seconds of a moment such as 12:30, 1:02:03 or 750 (seconds)."""
     try:
         parts = [float(part) for part in text.split(":")]
-    except ValueError:
+    except (ValueError, AttributeError):  # a number: nothing says whether it counts minutes
         parts = []
     if not 1 <= len(parts) <= 3 or any(not 0.0 <= part < 1e6 for part in parts):
-        raise BadInputError(f"{flag} {text!r}: give minutes and seconds of the log, such as 12:30")
+        raise BadInputError(
+            f"{flag} {text!r}: give minutes and seconds of the log as text, such as 12:30"
+        )
     return sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
 
 

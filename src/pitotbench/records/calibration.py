@@ -4,9 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import atan2, degrees, hypot, inf
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-from pitotbench.records import NoAnswerError, Shown, freeze_arrays, views
+import numpy as np
+
+from pitotbench.records import BadInputError, NoAnswerError, Shown, freeze_arrays, views
 from pitotbench.records.log import Caution, FlightLog, Provenance
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 
@@ -130,6 +132,16 @@ class PublishedCurve:
         return self.calibrated_airspeed - self.indicated_airspeed
 
 
+_ROUNDING_KT = 0.5  # an end of the curve is shown in whole knots
+
+
+class CorrectionAt(NamedTuple):
+    """What to add to an indicated airspeed, or to several, and its 2σ [kt]."""
+
+    correction_kt: Any
+    two_sigma_kt: Any
+
+
 @dataclass(frozen=True, slots=True)
 class ErrorCurve:
     """The pressure error as a curve over indicated airspeed; arrays of one length.
@@ -183,6 +195,23 @@ class ErrorCurve:
     def two_sigma_kt(self) -> Array:
         """The ±2σ bound of the correction at each airspeed [kt], (n,)."""
         return self.two_sigma / KNOT
+
+    def at(self, airspeed_kt: Any) -> CorrectionAt:
+        """Return the correction at an indicated airspeed [kt] or at several, with its 2σ.
+
+        Raises BadInputError for an airspeed that was not flown: the curve says nothing of it.
+        """
+        asked, known = np.asarray(airspeed_kt, dtype=np.float64), self.indicated_airspeed_kt
+        low, high = known[0] - _ROUNDING_KT, known[-1] + _ROUNDING_KT
+        if not np.all((asked >= low) & (asked <= high)):
+            raise BadInputError(
+                f"the curve is known from {known[0]:.0f} to {known[-1]:.0f} KIAS, and "
+                f"{airspeed_kt} is not between them"
+            )
+        values = (np.interp(asked, known, each) for each in (self.correction_kt, self.two_sigma_kt))
+        return CorrectionAt(*(each if asked.ndim else float(each) for each in values))
+
+    __call__ = at
 
     @property
     def altitude_correction_ft(self) -> Array | None:
@@ -454,6 +483,32 @@ class Calibration(Shown):
         """Whether the answer may be used: its samples do not contradict it."""
         return not any(each.fatal for each in self.disagreements)
 
+    def at(self, airspeed_kt: Any) -> CorrectionAt:
+        """Return the correction at an indicated airspeed [kt] and its 2σ: `value, two_sigma =
+        result.at(100)`, as `ErrorCurve.at`.
+        """
+        return self.curve.at(airspeed_kt)
+
+    @property
+    def doubts(self) -> list[str]:
+        """What the answer must not go without, in sentences; the first is the weightiest."""
+        return cast("list[str]", views().doubts_of(self))
+
+    def save(self, path: str | Path) -> None:
+        """Write the answer in the form that the name of a file asks for: the page (.html), the
+        airspeed card (.csv), or the data of `calibrate --json` (.json).
+
+        Raises BadInputError for another name.
+        """
+        views().save(self, Path(path))
+
+    if not TYPE_CHECKING:  # a type checker is to find a name that is misspelled
+
+        def __getattr__(self, name: str) -> Any:
+            """Say what a name means that other programs have and this record lacks."""
+            hint = f": use {_MEANT[name]}" if name in _MEANT else ""
+            raise AttributeError(f"a {type(self).__name__} has no {name!r}{hint}")
+
     def write_page(self, path: str | Path, units: str = "") -> None:
         """Write the answer, its picture and its card as a page (.html), in `units` such as
         `km/h,m`, else in kt and ft. Raises BadInputError for another name or unit.
@@ -489,6 +544,10 @@ class Calibration(Shown):
         `px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0`.
         """
         return cast(AutopilotSettings, views().params(self, autopilot))
+
+
+# What is typed for a method of `Calibration` that has another name.
+_MEANT = {"correction": "at(100)", "report": 'save("page.html")', "to_csv": 'save("card.csv")'}
 
 
 @dataclass(frozen=True, slots=True)

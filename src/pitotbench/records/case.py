@@ -4,12 +4,13 @@ satisfy.
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from math import isfinite
-from typing import Any
+from typing import Any, Self
 
-from pitotbench.catalog import explain
+from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.records import Shown
+from pitotbench.records.entries import Place, record_of_table
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 USUAL_RATE = 100.0  # Hz
@@ -184,8 +185,40 @@ class Case(Shown):
     truth_seed: int = 1
     sensor_seed: int = 1
 
+    def __new__(cls, *_: Any, **stated: Any) -> Self:
+        """Refuse a name that is no field, with what to write instead."""
+        known = [each.name for each in fields(cls)]
+        for name in stated:
+            if name not in known:
+                written = ", ".join(f"{each}=…" for each in stated)
+                raise TypeError(
+                    f"{explain('field of a case', name, known)} Its fields are in SI units: "
+                    f"Case.of({written}) takes the names of a case file, in their units"
+                )
+        return object.__new__(cls)
 
-Place = tuple[str, ...]
+    def __post_init__(self) -> None:
+        """Raise UnknownNameError for a maneuver, turbulence or pilot that does not exist."""
+        for name in ("maneuver", "turbulence", "pilot"):
+            value, known = getattr(self, name), _NAMES[name]
+            if value not in known and value:
+                raise UnknownNameError(explain(name, value, known))
+
+    @classmethod
+    def of(cls, **entries: Any) -> "Case":
+        """Return the case of entries as a case file has them, each in the unit that ends its name:
+        `Case.of(altitude_ft=8000, wind_kt=20)`.
+
+        A table is a dictionary, such as `wind={"speed_kt": 20}`. `wind_kt` and `wind_from_deg` are
+        the wind as the flags of that name state it. Raises BadInputError that lists every problem.
+        """
+        wind = {key: entries.pop(flag) for flag, key in _WIND.items() if flag in entries}
+        if wind and isinstance(stated := entries.get("wind", {}), Mapping):
+            entries["wind"] = {**stated, **wind}
+        return record_of_table(cls, entries, "case", broken_rules)
+
+
+_WIND = {"wind_kt": "speed_kt", "wind_from_deg": "from_direction_deg"}
 
 # Path of the field (a regular expression), the test of its value [SI], and the rule in words.
 _RULES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
@@ -210,6 +243,19 @@ _RULES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
     (r"das\.air_rate", lambda v: v <= 100.0, "must not exceed the simulator's 100 Hz"),
 )
 _NAMES = {
+    # Those of the table in `simulation.maneuvers`; a flight that somebody else flew has none.
+    "maneuver": [
+        "four_leg",
+        "race_track",
+        "step_decrease",
+        "rapid_decel",
+        "circle",
+        "step_both_ways",
+        "decel_circle",
+        "figure_eight",
+        "cloverleaf",
+        "diagnostic",
+    ],
     "turbulence": list(TURBULENCE_SEVERITY),
     "pilot": list(PILOTS),
     "pressure_error.location": list(ERROR_LOCATIONS),

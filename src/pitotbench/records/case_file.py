@@ -5,23 +5,20 @@
 import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import Field, fields, is_dataclass
-from functools import cache
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+from typing import Any
 
 import tomli_w
 
-from pitotbench.catalog import explain
 from pitotbench.records import BadInputError
-from pitotbench.records.case import Case, Place, broken_rules
-from pitotbench.units import SUFFIXES, Suffix
-
-if TYPE_CHECKING:
-    from pydantic import TypeAdapter
-
-# No column of a log is a frequency, so the table of column suffixes lacks it.
-CASE_SUFFIXES: dict[str, Suffix] = {**SUFFIXES, "hz": Suffix("frequency", 1.0, "Hz")}
+from pitotbench.records.case import Case, broken_rules
+from pitotbench.records.entries import (
+    CASE_SUFFIXES,
+    canonical_key,
+    record_of_table,
+    same_dimension,
+)
 
 
 def write_case(case: Case) -> str:
@@ -59,14 +56,7 @@ def case_of_table(table: Mapping[str, Any], name: str = "case") -> Case:
 
     Missing keys keep their defaults. Raises BadInputError that lists every problem with its key.
     """
-    reading = _Reading()
-    tree = reading.record(Case, table, ())
-    problems = [*reading.problems, *broken_rules(tree, reading.written)]
-    case = _validated(tree, reading, problems)
-    if problems or case is None:
-        count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
-        raise BadInputError(f"{name}: {count}\n" + "\n".join(f"  {line}" for line in problems))
-    return case
+    return record_of_table(Case, table, name, broken_rules)
 
 
 def case_columns(case: Case) -> dict[str, Any]:
@@ -82,7 +72,7 @@ def case_columns(case: Case) -> dict[str, Any]:
 def _columns(record: Any, path: str) -> Iterator[tuple[str, Any]]:
     for entry in fields(record):
         value, suffix = getattr(record, entry.name), entry.metadata.get("suffix")
-        key = path + _canonical_key(entry)
+        key = path + canonical_key(entry)
         if is_dataclass(value):
             yield from _columns(value, f"{key}.")
         elif suffix:
@@ -119,121 +109,6 @@ def _text(source: Path | str) -> tuple[str, str]:
         raise BadInputError(f"{source}: not UTF-8 text; a case is a TOML file") from error
 
 
-def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -> Case | None:
-    """Return the case of a tree of fields, or None with the type errors appended to `problems`."""
-    # Through JSON: pydantic's strict mode then accepts lists for tuples, but not the text '15' for
-    # the number 15.
-    from pydantic import ValidationError
-
-    try:
-        return _adapter().validate_json(json.dumps(tree), strict=True)
-    except ValidationError as error:
-        for item in error.errors():
-            if (
-                item["type"] == "dataclass_type"
-            ):  # `reading` has said which fields the table would have
-                continue
-            place = tuple(str(part) for part in item["loc"])
-            problems.append(
-                f"{reading.written(place)}: {item['msg'].lower().replace('an object', 'a table')}, "
-                f"not {item['input']!r}"
-            )
-    except TypeError:  # a date, which TOML knows and JSON does not
-        problems.append("a value is neither number, text, boolean, list nor table: a date or time")
-    return None
-
-
-@cache
-def _adapter() -> "TypeAdapter[Case]":
-    from pydantic import TypeAdapter  # slow to load, and slow to make
-
-    return TypeAdapter(Case)
-
-
-class _Reading:
-    """Turn keys with units into fields; collect the problems and the spelling of each field."""
-
-    def __init__(self) -> None:
-        self.problems: list[str] = []
-        self._spelled: dict[Place, str] = {}
-
-    def written(self, place: Place) -> str:
-        """Return the path of a field as the file spells it."""
-        return ".".join(self._spelled.get(place[: i + 1], part) for i, part in enumerate(place))
-
-    def record(self, kind: type, table: object, place: Place) -> Any:
-        """Return the fields of a record from a table. Another value is noted as a problem and
-        returned.
-        """
-        if not isinstance(table, Mapping):
-            example = ", ".join(f"{_canonical_key(f)} = …" for f in fields(kind)[:2])
-            self.problems.append(
-                f"{self.written(place)}: give a table of fields, {{ {example} }}, not {table!r}"
-            )
-            return table
-        found: dict[str, Any] = {}
-        hints = get_type_hints(kind)
-        for key, value in table.items():
-            entry = self._field(kind, key, place)
-            if entry is None:
-                continue
-            name, unit = entry
-            here = (*place, name)
-            if name in found:
-                self.problems.append(
-                    f"{self.written(here)} and {key}: one quantity, given twice; keep one"
-                )
-                continue
-            self._spelled[here] = key
-            found[name] = _to_si(value, unit) if unit else self._nested(hints[name], value, here)
-        return found
-
-    def _nested(self, hint: Any, value: object, place: Place) -> Any:
-        if is_dataclass(hint) and isinstance(hint, type):
-            return self.record(hint, value, place)
-        inner = next((arg for arg in get_args(hint) if is_dataclass(arg)), None)
-        if isinstance(inner, type) and isinstance(value, list):
-            return [self.record(inner, entry, (*place, str(i))) for i, entry in enumerate(value)]
-        return value
-
-    def _field(self, kind: type, key: str, place: Place) -> tuple[str, Suffix | None] | None:
-        """Return the field that a key names and its unit; for an unknown key, note a problem and
-        return None.
-        """
-        known = {f.name: f for f in fields(kind)}
-        base, _, suffix = key.rpartition("_")
-        if key in known and "suffix" not in known[key].metadata:
-            return key, None
-        if key in known:
-            problem = f"the unit is missing: write {_canonical_key(known[key])}"
-        elif base not in known or "suffix" not in known[base].metadata:
-            problem = explain("key", key, [_canonical_key(f) for f in known.values()])
-        else:
-            units = _same_dimension(known[base].metadata["suffix"])
-            if suffix in units:
-                return base, CASE_SUFFIXES[suffix]
-            problem = explain(f"unit of {base}", suffix, list(units))
-        self.problems.append(f"{'.'.join((*map(str, place), key))}: {problem}")
-        return None
-
-
-def _same_dimension(suffix: str) -> dict[str, Suffix]:
-    dimension = CASE_SUFFIXES[suffix].dimension
-    return {name: unit for name, unit in CASE_SUFFIXES.items() if unit.dimension == dimension}
-
-
-def _canonical_key(entry: "Field[Any]") -> str:
-    suffix = entry.metadata.get("suffix")
-    return f"{entry.name}_{suffix}" if suffix else entry.name
-
-
-def _to_si(value: Any, unit: Suffix) -> Any:
-    if isinstance(value, list):
-        return [_to_si(entry, unit) for entry in value]
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return value * unit.factor if number else value
-
-
 def _entries(record: Any) -> Iterator[tuple[str, str, Any]]:
     """Yield the field name, the key and the value as written, for every field of a record."""
     for entry in fields(record):
@@ -264,7 +139,7 @@ def _in_unit(name: str, value: float | tuple[float, ...], suffix: str) -> tuple[
     written = [_exact(v, CASE_SUFFIXES[suffix].factor) for v in values]
     if any(w is None for w in written):
         suffix = next(
-            s for s, u in _same_dimension(suffix).items() if u.factor == 1.0 and u.offset == 0.0
+            s for s, u in same_dimension(suffix).items() if u.factor == 1.0 and u.offset == 0.0
         )
         written = [float(v) for v in values]
     return f"{name}_{suffix}", written if isinstance(value, tuple) else written[0]

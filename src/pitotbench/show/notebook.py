@@ -24,8 +24,10 @@ from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.records.outputs import PAGES, require_file
+from pitotbench.show.calibration import doubts_of as doubts_of
+from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree
-from pitotbench.show.columns import json_rows
+from pitotbench.show.columns import answer_text, json_rows
 from pitotbench.show.curve_rows import CURVE_COLUMNS, card_csv, curve_points
 from pitotbench.show.curves import curve_marks
 from pitotbench.show.inspection import CHANNEL_COLUMNS, inspection_tree
@@ -47,17 +49,15 @@ _WIDER = 1.5  # times a panel of a page
 
 
 def in_one_line(record: object) -> str:
-    """The record in one line of text: its first doubt and its first sentence. Raises TypeError for
-    a record without a tree.
+    """The record in one line of text: its first sentence and its first doubt, in the order of its
+    tree. Raises TypeError for a record without one.
     """
     nodes = [*nodes_in(_view_of(record, _TREES, "view in a notebook")(record), ANSWER)]
-    return reader_units().text(
-        " ".join(
-            text
-            for kind in (Doubt, Sentence)
-            for text in [node.text for node in nodes if isinstance(node, kind)][:1]
-        )
-    )
+    firsts: dict[type, str] = {}
+    for node in nodes:
+        if isinstance(node, Doubt | Sentence):
+            firsts.setdefault(type(node), node.text)
+    return reader_units().text(" ".join(firsts.values()))
 
 
 def to_html(record: object) -> str:
@@ -113,6 +113,18 @@ def write_card(record: Calibration, path: Path) -> None:
     """Write the airspeed card of a calibration."""
     require_file(path, (".csv",))
     write_text(path, card_csv(record))
+
+
+def save(record: Calibration, path: Path) -> None:
+    """Write a calibration in the form that the suffix of a file asks for."""
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
+        write_card(record, path)
+    elif suffix in PAGES:
+        write_page(record, path, "")
+    else:
+        require_file(path, (".json", ".csv", *PAGES))
+        write_text(path, answer_text(calibration_json(record)))
 
 
 def judge(record: Calibration, rule: str) -> list[LimitJudgment]:

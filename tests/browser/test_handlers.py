@@ -285,6 +285,14 @@ def test_a_zip_that_unpacks_to_too_much_is_refused(
         bundle.unpack(path, tmp_path / "out")
 
 
+def test_a_member_of_a_zip_is_no_larger_than_a_packed_log(tmp_path: Path) -> None:
+    path = zipped(tmp_path / "card.zip", {"flight.csv": bytes(1 << 20)})
+    data, size = path.read_bytes(), (1 << 20).to_bytes(4, "little")
+    path.write_bytes(data.replace(size, (500 << 20).to_bytes(4, "little")))  # as it states
+    with pytest.raises(BadInputError, match=r"'flight\.csv' unpacks to 500 MB, where 400"):
+        bundle.unpack(path, tmp_path / "out")
+
+
 def found(name: str, refusal: str = "") -> Found:
     return Found(NamedFile(Path(f"/nowhere/{name}"), name), FlightSummary(name, refusal))
 

@@ -178,3 +178,15 @@ def test_a_log_is_in_memory_once(tmp_path, monkeypatch):
     arrays, python, arrow = long - short
     assert python < 1.8 * arrays
     assert arrow < 1.1 * arrays
+
+
+def test_a_line_without_an_end_is_refused_before_it_is_in_memory(tmp_path):
+    path = tmp_path / "flight.csv"
+    with path.open("wb") as file:
+        file.truncate(64 << 20)
+    tracemalloc.start()
+    with pytest.raises(BadInputError, match="line 1 has more than a megabyte"):
+        read_csv(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 16 << 20

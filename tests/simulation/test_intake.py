@@ -144,7 +144,33 @@ def test_a_name_that_jsbsim_cannot_read_is_refused_in_its_words(tmp_path):
         load_fdm("kite", copy.parent, 120.0)
 
 
+READS = "<function name='{}'><sum><property>{}</property><v>1</v></sum></function>"
+CIRCLES = {
+    "itself": READS.format("ap/f", "ap/f"),
+    "each other": READS.format("ap/f", "ap/g") + READS.format("ap/g", "ap/f"),
+}
+
+
+@pytest.mark.parametrize("functions", CIRCLES.values(), ids=CIRCLES)
+def test_functions_that_read_one_another_end_a_child_and_not_this_process(tmp_path, functions):
+    text = library_aircraft()["ball"].read_text()
+    system = f'<system name="a">{functions}<channel name="c"/></system>'
+    file = aircraft(tmp_path / "mine")
+    file.write_text(text.replace("</fdm_config>", f"{system}</fdm_config>"))
+    with pytest.raises(BadInputError, match=r"kite\.xml: JSBSim breaks down.*reads itself"):
+        taken(tmp_path, file)
+
+
+def test_an_airplane_of_the_library_is_loaded_without_a_child(tmp_path, monkeypatch):
+    monkeypatch.setattr("subprocess.run", None)
+    folder = tmp_path / "ball"
+    folder.mkdir()
+    assert import_aircraft(library_aircraft()["ball"], folder).is_file()
+
+
 def test_sizes_and_depths_are_limited(tmp_path):
+    with pytest.raises(BadInputError, match=r"more than 20,000 elements"):
+        taken(tmp_path / "many", aircraft(tmp_path / "mine", "<a/>" * 20_001))
     with pytest.raises(BadInputError, match="larger than 4 MB"):
         taken(tmp_path, aircraft(tmp_path / "big", " " * LARGEST_FILE))
     deep = "<a>" * DEEPEST + "</a>" * DEEPEST

@@ -6,7 +6,6 @@ import platform
 import socket
 import sys
 import time
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import ExitStack, contextmanager, suppress
@@ -26,6 +25,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pitotbench.campaigns.worker_pool import LostWorkError, WorkerPool
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.intake import read_toml
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -538,8 +538,8 @@ def _security(distributed: Any, address: str, file: Path | None) -> Any:
                 "and key"
             )
         return None
+    stated = read_toml(file, "the paths of certificates")
     try:
-        stated = tomllib.loads(file.read_text(encoding="utf-8"))
         ca, cert, key = (str(file.parent / stated[name]) for name in ("ca", "cert", "key"))
         security = distributed.Security(
             tls_ca_file=ca,

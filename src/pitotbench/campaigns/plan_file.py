@@ -1,6 +1,5 @@
 """The plan of a campaign: read from TOML, with grids and random draws, expanded case by case."""
 
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -17,6 +16,7 @@ from pitotbench.pressure_error import PAPER_MODELS
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, DataSystem, rate_problem
 from pitotbench.records.case_file import case_of_table, case_table
+from pitotbench.records.intake import read_toml
 from pitotbench.sensing.sampling import SYSTEMS, data_system
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.maneuvers import maneuvers_named
@@ -252,12 +252,7 @@ def read_plan(path: Path) -> CampaignPlan:
     `calibrate` a table of options, or several with a `label` each. Raises BadInputError or
     UnknownNameError for anything that is wrong; the message begins with the name of the file.
     """
-    try:
-        stated = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(f"{path}: cannot be read as a plan: {error}") from error
-    except (ValueError, RecursionError) as error:
-        raise BadInputError(f"{path}: not valid TOML: {error}") from error
+    stated = read_toml(path, "a plan")
     for name in stated:
         if name not in _TABLES:
             raise BadInputError(f"{path}: {explain('entry of a plan', name, list(_TABLES))}")
@@ -290,11 +285,7 @@ def _plan(stated: Mapping[str, Any], folder: Path) -> CampaignPlan:
 
 def _base(stated: Any, folder: Path) -> Mapping[str, Any]:
     if isinstance(stated, str):
-        place = folder / stated
-        try:
-            return tomllib.loads(place.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise BadInputError(f"case {place}: cannot be read as a case file: {error}") from error
+        return read_toml(folder / stated, "a case file")
     if not isinstance(stated, dict):
         raise BadInputError("case: give a table, or the path of a case file")
     return stated

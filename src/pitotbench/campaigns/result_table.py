@@ -11,7 +11,6 @@ import json
 import os
 import re
 import shutil
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -42,6 +41,7 @@ from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_columns, case_of_table, write_case
 from pitotbench.records.entries import CASE_SUFFIXES
+from pitotbench.records.intake import toml_table
 from pitotbench.show.markup import Section
 from pitotbench.show.reader_units import BENCH, Units
 
@@ -466,7 +466,7 @@ def _task(document: Document) -> Task:
     return Task(
         document["name"],
         document["key"],
-        case_of_table(tomllib.loads(document["case"])),
+        case_of_table(toml_table(document["case"])),
         tuple(DataSystem(**system) for system in document["das"]),
         tuple((label, options_from(options)) for label, options in document["calibrations"]),
         keep_logs="none",

@@ -114,8 +114,8 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
 
     import numpy as np
 
-    from pitotbench.logbook.columns import require_regular
     from pitotbench.records.calibration import ErrorCurve
+    from pitotbench.records.intake import require_regular
     from pitotbench.units import KNOT
 
     def column(rows: Any, key: str, unit: float = 1.0) -> "np.ndarray[Any, Any]":

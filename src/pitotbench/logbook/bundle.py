@@ -15,6 +15,7 @@ from pitotbench.logbook.columns import within
 from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
 from pitotbench.logbook.mapping import find_mapping, shipped
 from pitotbench.records import BadInputError
+from pitotbench.records.intake import MOST_UNPACKED
 
 ZIP = ".zip"
 _MOST_BYTES = 2 << 30  # of an unpacked .zip: more fits no card's month of flights
@@ -59,6 +60,14 @@ def unpack(packed: Path, folder: Path) -> None:
             strange = [entry.filename for entry in members if _leads_out(entry)]
             for bad, words in (
                 (size > _MOST_BYTES, f"it unpacks to {size >> 20:,} MB: unpack it, and give"),
+                *(
+                    (
+                        each.file_size > MOST_UNPACKED,
+                        f"its member {each.filename!r} unpacks to {each.file_size >> 20:,} MB, "
+                        f"where {MOST_UNPACKED >> 20} are the most: cut the log, and give",
+                    )
+                    for each in members
+                ),
                 (
                     len(members) > _MOST_MEMBERS,
                     f"it holds {len(members):,} files, where {_MOST_MEMBERS:,} are the most: give",

@@ -3,7 +3,6 @@ not yet a log.
 """
 
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from pitotbench.catalog import explain
 from pitotbench.channels import CHANNELS, Channel
 from pitotbench.records import BadInputError
+from pitotbench.records.intake import toml_table
 from pitotbench.records.outputs import atomic as atomic
 from pitotbench.records.outputs import write_text as write_text
 from pitotbench.units import SUFFIXES, Array, Booleans, Seconds
@@ -183,12 +183,6 @@ def within(part: Path | str) -> Iterator[None]:
         raise BadInputError(f"{part}: cannot be read: {error.strerror or error}") from error
 
 
-def require_regular(path: Path) -> None:
-    """Raise BadInputError for a pipe or a device: it may give nothing, or never end."""
-    if path.exists() and not path.is_file():
-        raise BadInputError("not a regular file; copy what it gives into a file first")
-
-
 _MOST_COLUMNS = 10_000  # an airliner's recorder has some 3,000
 
 
@@ -297,7 +291,6 @@ def impossible(quantity: Channel, values: Array) -> Booleans:
     return bad | (values < quantity.low / _BEYOND) if quantity.low > 0.0 else bad
 
 
-_MOST_DOTS = 50_000_000  # of their squares: some 200 MB while the text is read
 # a table, or an entry of one
 _TOML_LINE = re.compile(r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE)
 CALIBRATE = "calibrate"  # header entry: the choices of a calibration that the log's mapping advises
@@ -326,21 +319,6 @@ def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
             else []
         )
         return {"comments": text.splitlines()}, meant
-
-
-def toml_table(text: str) -> dict[str, Any]:
-    """Return the table of TOML text. Raises ValueError for text that is not TOML or takes too long
-    to read.
-
-    The reader's time and memory grow with the square of the dots in a key, which stands on one
-    line.
-    """
-    if sum(line.count(".") ** 2 for line in text.splitlines()) > _MOST_DOTS:
-        raise ValueError("a key has too many dots")
-    try:
-        return tomllib.loads(text)
-    except RecursionError as error:
-        raise ValueError("nested too deeply") from error
 
 
 def earlier_warnings(header: Mapping[str, Any]) -> list[str]:

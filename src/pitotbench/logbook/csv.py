@@ -19,6 +19,7 @@ import tomli_w
 from pitotbench.logbook.columns import Column, Table, parse_header, require_few_columns
 from pitotbench.logbook.damage import complete
 from pitotbench.records import BadInputError
+from pitotbench.records.intake import MOST_UNPACKED
 from pitotbench.units import Array
 
 if TYPE_CHECKING:
@@ -35,7 +36,6 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 # a number, a clock time or a date
 _VALUE = re.compile(r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d")
-_MOST_UNPACKED = 400 << 20  # bytes: a day at 10 Hz in text
 _PACKED = b"\x1f\x8b"  # begins every gzip file
 _MOST_BETWEEN = 2  # lines below the names: units, and short names
 _LETTERS = re.compile(rb"[A-Za-z]")
@@ -124,10 +124,10 @@ def unpacked(path: Path) -> bytes:
     if not data.startswith(_PACKED):
         return data
     with complete("gzip file", (OSError, EOFError, zlib.error)), gzip.open(path) as file:
-        text = file.read(_MOST_UNPACKED + 1)
-    if len(text) > _MOST_UNPACKED:
+        text = file.read(MOST_UNPACKED + 1)
+    if len(text) > MOST_UNPACKED:
         raise BadInputError(
-            f"the gzip file unpacks to more than {_MOST_UNPACKED >> 20} MB: unpack it and cut the "
+            f"the gzip file unpacks to more than {MOST_UNPACKED >> 20} MB: unpack it and cut the "
             "log"
         )
     return text
@@ -192,7 +192,10 @@ def _require_text(file: BinaryIO) -> None:
     traceback.
     """
     number = 1
-    while block := file.read(BLOCK) + file.readline():  # whole lines
+    while block := file.read(BLOCK) + (rest := file.readline(BLOCK)):  # whole lines
+        if len(rest) == BLOCK:  # the parser takes none of above a block
+            number += block.count(b"\n")
+            raise BadInputError(f"line {number} has more than a megabyte: it is no row of a log")
         try:
             block.decode("utf-8")
         except UnicodeDecodeError as error:

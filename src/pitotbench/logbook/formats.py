@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.columns import QUANTITIES, Column, Table, atomic, require_regular, within
+from pitotbench.logbook.columns import QUANTITIES, Column, Table, atomic, within
 from pitotbench.logbook.csv import read_csv, write_csv
 from pitotbench.logbook.dataflash import is_dataflash, read_messages
 from pitotbench.logbook.mapping import MappedFile
@@ -18,6 +18,7 @@ from pitotbench.logbook.parquet import read_parquet, write_parquet
 from pitotbench.logbook.recorder_files import read_igc
 from pitotbench.logbook.ulog import read_topics
 from pitotbench.records import BadInputError
+from pitotbench.records.intake import require_regular
 from pitotbench.records.log import FlightLog
 
 Write = Callable[[Path, Mapping[str, Column], Mapping[str, Any]], None]

@@ -2,7 +2,6 @@
 files.
 """
 
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -12,8 +11,9 @@ from types import GenericAlias
 from typing import Any
 
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.columns import plain_name, require_regular, toml_table, within
+from pitotbench.logbook.columns import plain_name
 from pitotbench.records import BadInputError
+from pitotbench.records.intake import toml_table, toml_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,13 +88,7 @@ def find_mapping(name: str | Path) -> Mapping:
     path = Path(name)
     if path.suffix != ".toml":
         return replace(parse_mapping(str(name), shipped()[str(name)]), shipped=True)
-    with within(f"mapping {path}"):
-        require_regular(path)
-        try:
-            text = path.read_text(encoding="utf-8")
-        except UnicodeDecodeError as error:
-            raise BadInputError("not UTF-8 text: save it as UTF-8") from error
-    return parse_mapping(str(path), text)
+    return parse_mapping(str(path), toml_text(path, "a mapping"))
 
 
 def parse_mapping(name: str, text: str) -> Mapping:
@@ -137,7 +131,7 @@ def recognized(names: Iterable[str]) -> str | None:
     for name, text in shipped().items():
         wanted = [
             {plain_name(each) for each in ([entry] if isinstance(entry, str) else entry)}
-            for entry in tomllib.loads(text).get("recognize", [])
+            for entry in toml_table(text).get("recognize", [])
         ]
         if wanted and all(here & entry for entry in wanted):
             return name

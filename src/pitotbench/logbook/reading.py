@@ -14,7 +14,6 @@ from pitotbench.logbook.columns import (
     PARAMETERS,
     QUANTITIES,
     Table,
-    require_regular,
     split_positions,
     within,
 )
@@ -23,6 +22,7 @@ from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.logbook.sensors import of_sensor
 from pitotbench.records import BadInputError
+from pitotbench.records.intake import require_regular
 from pitotbench.records.log import FORMAT, UNITS_BY, FlightLog
 
 

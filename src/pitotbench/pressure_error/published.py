@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pitotbench.logbook.columns import Table, numbers, require_regular, texts, within
+from pitotbench.logbook.columns import Table, numbers, texts, within
 from pitotbench.logbook.csv import read_csv
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import PublishedCurve
+from pitotbench.records.intake import require_regular
 from pitotbench.units import Array, Booleans, to_si
 
 _UNITS = {"mph": "mph", "km/h": "kmh", "kmh": "kmh", "kt": "kt", "kts": "kt", "knots": "kt"}

@@ -3,7 +3,6 @@
 """
 
 import json
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from pitotbench.records.entries import (
     record_of_table,
     same_dimension,
 )
+from pitotbench.records.intake import toml_table, toml_text
 
 
 def write_case(case: Case) -> str:
@@ -42,9 +42,7 @@ def read_case(source: Path | str) -> Case:
     """
     name, text = _text(source)
     try:
-        table = tomllib.loads(text)
-    except RecursionError as error:
-        raise BadInputError(f"{name}: not valid TOML: nested too deeply") from error
+        table = toml_table(text)
     except ValueError as error:  # not TOML, or a number of thousands of digits
         raise BadInputError(f"{name}: not valid TOML: {error}") from error
     return case_of_table(table, name)
@@ -97,16 +95,7 @@ def _text(source: Path | str) -> tuple[str, str]:
             f"{source}: not a case; a case is a TOML file that ends in .toml, a log is read by "
             "calibrate"
         )
-    if path.exists() and not path.is_file():
-        raise BadInputError(f"{source}: not a regular file; a case is a TOML file")
-    try:
-        return str(source), path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise BadInputError(
-            f"{source}: cannot be read as a case file: {error.strerror or error}"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise BadInputError(f"{source}: not UTF-8 text; a case is a TOML file") from error
+    return str(source), toml_text(path, "a case file")
 
 
 def _entries(record: Any) -> Iterator[tuple[str, str, Any]]:

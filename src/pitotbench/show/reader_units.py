@@ -6,7 +6,6 @@ in a digit. Files of data keep the units of their keys.
 
 import os
 import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from platformdirs import user_config_path
 
 from pitotbench.catalog import explain
 from pitotbench.records import BadInputError
+from pitotbench.records.intake import read_toml
 from pitotbench.show.columns import Column, with_minus_signs
 from pitotbench.units import SUFFIXES, Suffix
 
@@ -129,10 +129,10 @@ def reader_units(stated: str = "") -> Units:
     )
     if stated or not path.is_file():
         return replace(units_named(stated), source="stated" if stated else "default")
+    found = read_toml(path, "the configuration")
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8"))
         return replace(units_named(str(found.get("units", ""))), source=path.name)
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise BadInputError(f'{path}: {error}; write units = "km/h,m", or delete it') from error
 
 

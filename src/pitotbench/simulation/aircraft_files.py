@@ -3,7 +3,6 @@ JSBSim's own parts.
 """
 
 import re
-import tomllib
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -17,6 +16,7 @@ import tomli_w
 
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Attached
+from pitotbench.records.intake import read_toml
 
 
 def parse_xml(file: Path, comments: bool = False) -> "ET.ElementTree[ET.Element]":
@@ -74,7 +74,7 @@ def read_record(folder: Path) -> Attached | None:
     if not file.is_file():
         return None
     try:
-        found = TypeAdapter(Attached).validate_python(tomllib.loads(file.read_text("utf-8")))
+        found = TypeAdapter(Attached).validate_python(read_toml(file, "a record"))
         if found.speed_kt:
             return found
     except ValueError:  # no text, no TOML, or a wrong field

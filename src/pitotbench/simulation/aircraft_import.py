@@ -7,7 +7,10 @@ describes an airplane is taken: other elements write files, open sockets or load
 unread. Properties that command the simulator are refused.
 """
 
+import os
 import re
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -30,9 +33,11 @@ from pitotbench.units import DEGREE, Array
 
 LARGEST_FILE = 4_000_000  # bytes; the largest file of JSBSim's library has 0.5 MB
 MOST_FILES = 100
+MOST_ELEMENTS = 20_000  # of all its files; JSBSim's largest airplane has 4,500
 DEEPEST = 60  # elements within one another; JSBSim parses them by recursion
 # s or frames, that a part of a control law waits; JSBSim keeps a number for each frame of it.
 LONGEST_DELAY = 1000.0
+LONGEST_TRIAL = 120.0  # s, in which JSBSim loads the aircraft and takes its first steps
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+ -]*")
 SIBLINGS = ("engine", "engines", "systems")  # folders of parts next to that of the aircraft
 # Elements below a root through which JSBSim writes files, opens sockets or loads further airplanes.
@@ -85,9 +90,50 @@ def import_aircraft(file: Path, folder: Path) -> Path:
     importing.parts(root, folder)
     copy = folder / f"{folder.name}.xml"
     _write(root, copy)
-    with suppress(SimulationError):  # what JSBSim cannot load is refused where it is flown
-        _declare_missing(root, copy)
+    if file.resolve().is_relative_to(library()):
+        with suppress(SimulationError):  # what JSBSim cannot load is refused where it is flown
+            _declare_missing(root, copy)
+    else:
+        _try_in_child(copy)
     return copy
+
+
+def try_aircraft(copy: Path) -> None:
+    """Declare what a copied aircraft reads and nothing creates, load it, and take two steps."""
+    with suppress(SimulationError, RuntimeError):  # what cannot be flown is refused where it is
+        _declare_missing(parse_xml(copy).getroot(), copy)
+        fdm, _ = load_fdm(copy.stem, copy.parent, RATE)
+        fdm.run_ic()
+        fdm.run()
+
+
+def _try_in_child(copy: Path) -> None:
+    """Try an aircraft in a process of its own: JSBSim ends a process whose functions read
+    themselves, by their recursion. Raises BadInputError where it does, or takes too long.
+    """
+    code = f"import sys, pathlib; from {__name__} import try_aircraft as a; a(pathlib.Path(sys.argv[1]))"
+    paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", "-c", code, str(copy)],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=LONGEST_TRIAL,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise BadInputError(
+            f"{copy.name}: JSBSim does not load it within {LONGEST_TRIAL:.0f} s; fly a smaller model"
+        ) from error
+    if done.returncode < 0:
+        raise BadInputError(
+            f"{copy.name}: JSBSim breaks down in its first step; look for a function that reads "
+            "itself, or two that read each other"
+        )
+    if done.returncode:
+        *_, words = ["it cannot be loaded", *done.stderr.decode(errors="replace").splitlines()]
+        raise BadInputError(f"{copy.name}: {words[:300]}")
 
 
 # A model made for FlightGear reads properties that FlightGear writes, such as those of switches.
@@ -192,7 +238,7 @@ class _Import:
 
     def __init__(self, home: Path) -> None:
         self._home = home
-        self._count = 0
+        self._count = self._elements = 0
 
     def read(self, file: Path) -> ET.Element:
         """Return the root of a file. Raises BadInputError for one that must not reach JSBSim."""
@@ -211,6 +257,12 @@ class _Import:
             raise
         except (ET.ParseError, ValueError, LookupError) as error:
             raise BadInputError(f"aircraft file {file.name}: not valid XML: {error}") from error
+        self._elements += sum(1 for _ in root.iter())
+        if self._elements > MOST_ELEMENTS:
+            raise BadInputError(
+                f"the aircraft's files hold more than {MOST_ELEMENTS:,} elements, which JSBSim "
+                "takes minutes to load; fly a smaller model"
+            )
         root.attrib = {key: value for key, value in root.attrib.items() if not key.startswith("{")}
         _require_no_command(file.name, root)
         _require_short_delays(file.name, root)

@@ -1,7 +1,6 @@
 """Put the effects of a case into its aircraft and its air, and load the aircraft to a mass."""
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, reduce
@@ -17,6 +16,7 @@ from pitotbench.effects.effect import RECORDING_START, AircraftEffect, Choice
 from pitotbench.effects.overlay import MassPoint, Overlay, product
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
+from pitotbench.records.intake import read_toml
 from pitotbench.records.motion import PatchErrors
 from pitotbench.simulation.aircraft import OWN, find_aircraft, known_aircraft
 from pitotbench.simulation.baseline import read_baseline
@@ -119,7 +119,7 @@ def _origin(aircraft: str) -> dict[str, Any] | None:
     place = known_aircraft().get(aircraft)
     if place is None or not (place / ORIGIN).is_file():
         return None
-    return tomllib.loads((place / ORIGIN).read_text(encoding="utf-8"))
+    return read_toml(place / ORIGIN, "the origin of a variant")
 
 
 def patched_sizes(aircraft: str) -> dict[tuple[str, str], float]:

@@ -74,7 +74,7 @@ def read_pairs(path: Path) -> Table:
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     rows = [dict(pair.partition("=")[::2] for pair in line.split()) for line in lines]
     if not rows or any(row.keys() != rows[0].keys() for row in rows):
-        raise BadInputError("not a log of pairs: each line must name the same columns; copy it again")
+        raise BadInputError("not a log of pairs: each line names the same columns; copy it again")
     try:
         columns = [np.array([float(row[name]) for row in rows]) for name in rows[0]]
     except ValueError as error:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp
 
+from pitotbench.estimation.information import Information
 from pitotbench.reconciliation.discrepancies import discrepancy_of
-from pitotbench.reconciliation.evidence import Evidence
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 
 CELLS, MEMBERS, OWN = [0, 1, 2, 3, 4], [5, 6], [7]
@@ -21,14 +21,14 @@ def test_the_turned_cells_give_the_evidence_of_the_whole_matrix(
     """The fourth cell is the sum of two others: the powers of the turned ones include a zero."""
     every = np.random.default_rng(members).normal(size=(9, 40))
     every[3] = every[0] + every[1]
-    evidence = Evidence(every @ every.T)
+    evidence = Information(every @ every.T)
     found = discrepancy_of("all", CELLS, evidence, 0.25)
     chosen, deviations = MEMBERS[:members], DEVIATIONS[:members]
-    beside = evidence.beside(chosen, deviations).tempered(power)
+    marginal = evidence.marginal(chosen, deviations).tempered(power)
     further, wide = OWN[:own], DEVIATIONS[2 : 2 + own]
 
     whole = evidence.given(chosen, deviations)[0].tempered(power).given(further, wide)[0]
     unit = 1.0 / np.sqrt(np.diag(evidence.inner)[CELLS] * len(CELLS))
-    direct = [whole.of(CELLS, size * unit).log_evidence for size in THRESHOLDS.rest_sizes]
+    direct = [whole.posterior(CELLS, size * unit).log_evidence for size in THRESHOLDS.rest_sizes]
     wanted = logsumexp(direct) + np.log(0.25 / len(THRESHOLDS.rest_sizes))
-    assert found.log_evidence(beside, further, wide) == pytest.approx(wanted, rel=1e-9)
+    assert found.log_evidence(marginal, further, wide) == pytest.approx(wanted, rel=1e-9)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.reconciliation.evidence import Evidence
+from pitotbench.estimation.information import Information
 from pitotbench.reconciliation.null_learning import lasting_scores, left_over
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 
@@ -17,7 +17,7 @@ def test_a_size_that_null_flights_still_seem_to_have_is_found_and_becomes_usual(
     columns[:, 3] = 0.9 * columns[:, 2] + 0.3 * columns[:, 3]
     logs = [random.normal(size=200) + 5.0 * random.normal() * columns[:, 2] for _ in range(8)]
     every = [np.concatenate([columns, log[:, None]], axis=1) for log in logs]
-    flights = [Evidence(each.T @ each) for each in every]
+    flights = [Information(each.T @ each) for each in every]
     found, after = left_over(("a", "b", "c", "d"), flights)
     assert list(found) == ["c"]
     scores = np.array([each.inner[2, -1] / np.sqrt(each.inner[2, 2]) for each in flights])
@@ -30,7 +30,7 @@ def test_a_size_that_null_flights_still_seem_to_have_is_found_and_becomes_usual(
 def test_flights_of_white_noise_leave_nothing_over() -> None:
     random = np.random.default_rng(5)
     every = random.normal(size=(8, 300, 40))
-    flights = [Evidence(each.T @ each) for each in every]
+    flights = [Information(each.T @ each) for each in every]
     assert not left_over(tuple(map(str, range(39))), flights)[0]
 
 
@@ -45,7 +45,7 @@ def test_what_eight_flights_have_in_common_is_kept_of_their_mean_score_and_chanc
     for pull in (-0.6, 0.0):
         noise = random.normal(size=(8, 300)) + pull * total
         every = [np.concatenate([columns, each[:, None]], axis=1) for each in noise]
-        flights.append([Evidence(each.T @ each) for each in every])
+        flights.append([Information(each.T @ each) for each in every])
         pulls.append(pull * columns.T @ total)
     found, products = lasting_scores(flights[0])
     assert found[:3].sum() == pytest.approx(pulls[0][:3].sum(), rel=0.15)

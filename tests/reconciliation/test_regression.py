@@ -10,6 +10,7 @@ import pytest
 
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, effect_of
+from pitotbench.estimation.information import Information
 from pitotbench.reconciliation.cells import Cell
 from pitotbench.reconciliation.closure import closure_of
 from pitotbench.reconciliation.equations import (
@@ -18,7 +19,7 @@ from pitotbench.reconciliation.equations import (
     whitened_columns,
     whitened_equations,
 )
-from pitotbench.reconciliation.evidence import Evidence, Prior, floored, weigh
+from pitotbench.reconciliation.evidence import Prior, floored, weigh
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import ScoreScale
@@ -55,7 +56,7 @@ def block_of(
         layout=SimpleNamespace(places=places),
         null=SimpleNamespace(gap_bayes_factor=THRESHOLDS.gap_bayes_factor),
         equations=equations,
-        beyond=Evidence(equations.inner).less_sizes(range(len(along)), sizes),
+        beyond=Information(equations.inner).less(range(len(along)), sizes),
         stands_out=True,
     )
 
@@ -78,7 +79,7 @@ def test_the_evidence_of_one_size_is_the_integral_over_it() -> None:
     )
     prior = np.exp(-0.5 * (sizes / deviation) ** 2) / (deviation * np.sqrt(2.0 * np.pi))
     integral = np.trapezoid(prior * np.exp(fall), sizes)
-    found = Evidence(every @ every.T).of([0], [deviation])
+    found = Information(every @ every.T).posterior([0], [deviation])
     assert found.log_evidence == pytest.approx(np.log(integral), abs=1e-6)
 
 
@@ -97,16 +98,18 @@ def test_an_effect_alone_weighs_as_much_as_the_integral_over_its_plausible_sizes
     for scale in THRESHOLDS.size_scales:
         prior = np.exp(-0.5 * (sizes / scale) ** 2)
         integrals.append(np.trapezoid(prior * np.exp(fall), sizes) / np.trapezoid(prior, sizes))
-    found = weigh(Evidence(every @ every.T), [0], Prior(*np.array([[1.0], [low], [high], [0.0]])))
+    found = weigh(
+        Information(every @ every.T), [0], Prior(*np.array([[1.0], [low], [high], [0.0]]))
+    )
     assert found.log_evidence == pytest.approx(np.log(np.mean(integrals)), abs=1e-4)
 
 
 def test_columns_eliminated_first_give_the_same_evidence_as_all_together() -> None:
     every = np.random.default_rng(3).normal(size=(5, 9))
-    evidence, deviations = Evidence(every @ every.T), np.array([0.5, 2.0, 1.0, 0.3])
+    evidence, deviations = Information(every @ every.T), np.array([0.5, 2.0, 1.0, 0.3])
     rest, first = evidence.given([1, 3], deviations[[1, 3]], [0, 2])
-    together = evidence.of(range(4), deviations).log_evidence
-    assert first + rest.of([0, 1], deviations[[0, 2]]).log_evidence == pytest.approx(
+    together = evidence.posterior(range(4), deviations).log_evidence
+    assert first + rest.posterior([0, 1], deviations[[0, 2]]).log_evidence == pytest.approx(
         together, abs=1e-9
     )
 
@@ -227,7 +230,7 @@ def test_what_a_form_leaves_open_is_in_the_sizes_and_closes_the_gap() -> None:
     typical = effect_of("pitch_stiffness").parameter("zero_coefficient").typical
     assert one.sizes.by_key()[moment] == pytest.approx(0.2 * typical, rel=0.1)
     fit = one.fit_of(block)
-    closed = closure_of(Evidence(block.equations.inner), fit.columns, fit.sizes.tolist(), [])
+    closed = closure_of(Information(block.equations.inner), fit.columns, fit.sizes.tolist(), [])
     assert closed.share > 0.999
 
 
@@ -238,7 +241,7 @@ def test_a_cell_is_a_part_of_the_gap_from_four_sigma_on(score: float, counts: bo
     flat = NOISE - sum((NOISE @ axis) * axis for axis in AXES)
     block = block_of({POD: 30.0 * AXES[0]}, 30.0 * AXES[0] + score * sum(cells) + flat, cells)
     size = effect_of("belly_pod").parameter("drag_area_m2").typical
-    evidence = Evidence(block.equations.inner)
+    evidence = Information(block.equations.inner)
     closed = closure_of(evidence, [0], [size], range(1, 6))
     extra = 5.0 * (score**2 - 1.0) if counts else 0.0
     assert closed.after + 1.0 - closed.noise == pytest.approx(extra, rel=0.1, abs=1.0)
@@ -312,7 +315,7 @@ def test_several_logs_are_blocks_of_one_stacked_log(seed: int) -> None:
         logs.append((3.0 * one, 5.0 * two, random.normal(size=ROWS) + 2.0 * one))
     blocks = [block_of({LAG: one, LATE: two}, residual) for one, two, residual in logs]
     regression, deviations = Regression(blocks), np.array([0.3, 0.2])
-    found = regression.evidence.of([0, 1], deviations)
+    found = regression.evidence.posterior([0, 1], deviations)
     typical = np.array([effect_of(e).parameter(p).typical for e, p in (LAG, LATE)])
     # Each log's own constant, of deviation 1, adds a dense block to the covariance of its noise.
     own = np.linalg.inv(np.eye(ROWS) + np.ones((ROWS, ROWS)))
@@ -364,7 +367,7 @@ def test_the_floor_is_marginalized_as_dense_algebra_does(sensed) -> None:
         expected = 0.5 * (column @ solved[:, 1]) ** 2 / precision - 0.5 * np.log(
             precision * deviation**2
         )
-        assert found.of([i], [deviation]).log_evidence == pytest.approx(
+        assert found.posterior([i], [deviation]).log_evidence == pytest.approx(
             expected, rel=1e-4, abs=1e-3
         )
 
@@ -398,7 +401,9 @@ def test_a_power_that_rounding_made_negative_counts_as_none():
     inner = np.zeros((2, 5, 5))
     for each, least in zip(inner, (0.0, -1.2), strict=True):
         each[:4, :4] = (axes * np.array([1e7, 3.0, least, 5.0])) @ axes.T
-    plain, rounded = map(Evidence, inner)
+    plain, rounded = map(Information, inner)
     sizes = range(4), np.ones(4)
-    assert rounded.of(*sizes).log_evidence == pytest.approx(plain.of(*sizes).log_evidence)
+    assert rounded.posterior(*sizes).log_evidence == pytest.approx(
+        plain.posterior(*sizes).log_evidence
+    )
     assert np.all(np.isfinite(rounded.given(*sizes)[0].inner))

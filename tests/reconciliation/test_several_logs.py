@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from pitotbench.estimation.information import Information
 from pitotbench.reconciliation.closure import closes, closure_of
-from pitotbench.reconciliation.equations import equations_from, gain_in, inner_products
-from pitotbench.reconciliation.evidence import Evidence
+from pitotbench.reconciliation.equations import equations_from, inner_products
 from pitotbench.reconciliation.other_flights import contradiction
 from pitotbench.reconciliation.regression import Sizes
 from pitotbench.records.verdict import Closure
@@ -60,10 +60,13 @@ def test_uncertain_sizes_leave_as_much_as_draws_of_them_do() -> None:
     equations = equations_from(inner_products(columns, residual), 2, np.array([1.0, 2.0]))
     covariance = np.array([[0.04, 0.01], [0.01, 0.02]])
     sizes = np.array([0.7, -0.3])
-    expected = closure_of(Evidence(equations.inner), (0, 1), sizes.tolist(), (), covariance)
+    expected = closure_of(Information(equations.inner), (0, 1), sizes.tolist(), (), covariance)
     draws = random.multivariate_normal(sizes, covariance, size=5_000)
     left = np.array(
-        [closure_of(Evidence(equations.inner), (0, 1), drawn.tolist(), ()).after for drawn in draws]
+        [
+            closure_of(Information(equations.inner), (0, 1), drawn.tolist(), ()).after
+            for drawn in draws
+        ]
     )
     error = np.std(left) / np.sqrt(len(left))
     assert np.mean(left) - expected.after == pytest.approx(expected.chance, abs=4.0 * error)
@@ -75,13 +78,17 @@ def test_an_event_of_a_flight_is_no_part_of_what_the_others_can_close() -> None:
     residual += columns @ np.array([0.0, 0.0, 0.8, -0.5, 30.0])
     equations = equations_from(inner_products(columns, residual), 2, np.array([1.0, 2.0]))
     fit = equations.fit((0, 1, 2))
-    closed = closure_of(Evidence(equations.inner), (0, 1), fit.sizes[:2].tolist(), (), given=(2,))
-    assert closed.before == pytest.approx(equations.inner[-1, -1] - gain_in(equations.inner, (2,)))
+    closed = closure_of(
+        Information(equations.inner), (0, 1), fit.sizes[:2].tolist(), (), given=(2,)
+    )
+    assert closed.before == pytest.approx(
+        equations.inner[-1, -1] - Information(equations.inner).gain((2,))
+    )
     assert closed.after == pytest.approx(
-        equations.inner[-1, -1] - gain_in(equations.inner, (0, 1, 2))
+        equations.inner[-1, -1] - Information(equations.inner).gain((0, 1, 2))
     )
     apart = closure_of(
-        Evidence(equations.inner), (0, 1), (fit.sizes[:2] + 0.3).tolist(), (), given=(2,)
+        Information(equations.inner), (0, 1), (fit.sizes[:2] + 0.3).tolist(), (), given=(2,)
     )
     assert closed.after < apart.after < closed.before
 
@@ -92,7 +99,7 @@ def test_what_every_flight_has_in_a_place_is_no_gap_that_an_effect_could_close()
     columns = random.normal(size=(400, 1, 2)) / np.sqrt(400.0)
     residual = random.normal(size=(400, 1)) + columns @ np.array([10.0, 6.0])
     inner = inner_products(columns, residual)[0]
-    plain, shares = Evidence(inner), []
+    plain, shares = Information(inner), []
     for evidence in (plain, plain.given((1,), (6.0,), (0, 1))[0]):
         size = evidence.inner[0, -1] / evidence.inner[0, 0]
         shares.append(closure_of(evidence, (0,), (size,), (1,)).share)

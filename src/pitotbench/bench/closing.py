@@ -26,7 +26,6 @@ from pitotbench.bench.workflow import (
 )
 from pitotbench.campaigns.fleet import progress as progress_bar
 from pitotbench.effects import effect_of
-from pitotbench.reconciliation.equations import gain_in
 from pitotbench.reconciliation.other_flights import for_channels
 from pitotbench.reconciliation.patches import beyond_range, is_settled, not_told, with_choice
 from pitotbench.reconciliation.regression import fitted_by, parted
@@ -170,7 +169,7 @@ def _gained(judged: Judged, names: Sequence[str], chosen: str) -> float:
         for is_own in (True, False)
     )
     shown = fitted.regression.shown_columns
-    gain = gain_in(block.beyond.inner, shown(block, own), shown(block, others))
+    gain = block.beyond.gain(shown(block, own), shown(block, others))
     return gain * fitted.regression.held_out(others, own)
 
 

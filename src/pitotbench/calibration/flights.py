@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import reduce
+from operator import add
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -15,6 +17,7 @@ from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.calibration.prediction import curve_airspeeds
 from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, scale_of
 from pitotbench.calibration.result import assemble
+from pitotbench.estimation.information import ROUNDING, Information, information_from, inverse
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.checks import (
     flights_between_stops,
@@ -34,19 +37,6 @@ from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import KNOT, Array, MetersPerSecond
 
 _DISAGREE = 0.01  # probability of so much disagreement by chance: below it there is a warning
-
-
-@dataclass(frozen=True, slots=True)
-class _Information:
-    """The information of one log without the common priors.
-
-    `precision` is (p, p), and `pull` (p,) is precision times estimate. `place` (p,) is the index of
-    each unknown among those of all logs.
-    """
-
-    precision: Array
-    pull: Array
-    place: NDArray[np.intp]
 
 
 def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
@@ -74,34 +64,32 @@ def _joined(single: Sequence[Reduction]) -> list[Posterior]:
     shared: dict[str, int] = {}
     known = [_information(each, number, shared) for number, each in enumerate(single)]
     size = len(shared)
-    precision, pull = np.zeros((size, size)), np.zeros(size)
-    for part in known:
-        precision[np.ix_(part.place, part.place)] += part.precision
-        pull[part.place] += part.pull
-    for name, prior in _common_priors(single).items():
-        precision[shared[name], shared[name]] += prior
-    covariance = _inverse(precision)
-    mean = covariance @ pull
+    whole = reduce(add, (information.placed(place, size) for information, place in known))
+    priors = _common_priors(single)
+    with np.errstate(divide="ignore"):
+        deviations = np.array([priors.get(name, 0.0) for name in shared]) ** -0.5
+    found = whole.posterior(range(size), deviations, ROUNDING)
     return [
-        Posterior(
-            np.ones(1), mean[part.place][None], covariance[np.ix_(part.place, part.place)][None]
-        )
-        for part in known
+        Posterior(np.ones(1), found.mean[place][None], found.covariance[np.ix_(place, place)][None])
+        for _, place in known
     ]
 
 
-def _information(each: Reduction, number: int, shared: dict[str, int]) -> _Information:
-    """The information of one log. `shared` maps names to places; new unknowns of the log are added
-    to it.
+def _information(
+    each: Reduction, number: int, shared: dict[str, int]
+) -> tuple[Information, NDArray[np.intp]]:
+    """The information of one log without the common priors, and the index of each of its unknowns
+    among those of all logs. `shared` maps names to these; new unknowns of the log are added to it.
     """
-    precision = _inverse(each.answer.covariance)
+    precision = inverse(each.answer.covariance)
     pull = precision @ each.answer.mean
     commons = _common_priors([each])
     names = _names(each, number)
     for place, name in enumerate(names):
         precision[place, place] -= commons.get(name, 0.0)
         shared.setdefault(name, len(shared))
-    return _Information(_not_negative(precision), pull, np.array([shared[name] for name in names]))
+    places = np.array([shared[name] for name in names])
+    return information_from(_not_negative(precision), pull), places
 
 
 def _names(each: Reduction, number: int) -> list[str]:
@@ -149,7 +137,7 @@ def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:
     """A warning where the logs' curves differ by more than their bounds allow."""
     free = single[0].model.error_count
     means = np.stack([each.answer.mean[:free] for each in single])
-    weights = np.stack([_inverse(each.answer.covariance[:free, :free]) for each in single])
+    weights = np.stack([inverse(each.answer.covariance[:free, :free]) for each in single])
     common = np.linalg.solve(weights.sum(axis=0), np.einsum("lij,lj->i", weights, means))
     offset = means - common
     statistic = float(np.einsum("li,lij,lj->", offset, weights, offset))
@@ -174,14 +162,6 @@ def _not_negative(matrix: Array) -> Array:
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
     kept = (vectors * np.maximum(values, 0.0)) @ vectors.T
     return np.asarray(kept * np.outer(scale, scale))
-
-
-def _inverse(matrix: Array) -> Array:
-    """Inverse of a symmetric matrix whose rows have different units, scaled to keep it well
-    conditioned.
-    """
-    scale = np.sqrt(np.abs(np.diag(matrix)))
-    return np.asarray(np.linalg.inv(matrix / np.outer(scale, scale)) / np.outer(scale, scale))
 
 
 T = TypeVar("T")
@@ -245,7 +225,7 @@ def _of_one_curve(
     rows = {id(logs[place]): observe(logs[place], options) for place in places}
     scale = scale_of([*rows.values()])
 
-    def reduce(log: FlightLog) -> tuple[Reduction, Calibration]:
+    def reduced(log: FlightLog) -> tuple[Reduction, Calibration]:
         reduction = reduce_log(log, options, scale, rows.pop(id(log), None))
         alone = assemble(reduction)
         require_useful(alone, log)
@@ -255,7 +235,7 @@ def _of_one_curve(
     for place in places:
         key = id(logs[place]), scale
         if key not in known:
-            known[key] = _parts(logs[place], 0, reduce)
+            known[key] = _parts(logs[place], 0, reduced)
         parts += [replace(part, place=place) for part in known[key]]
     if len(parts) == 1:
         return [(parts[0], parts[0].found[0], None)]
@@ -301,7 +281,7 @@ def _with_wind(each: Reduction, wind: Array, covariance: Array) -> Reduction:
     """
     own, spread = _wind_of(each)
     offset = wind - own
-    chance = float(chdtrc(2, offset @ _inverse(spread + covariance) @ offset))
+    chance = float(chdtrc(2, offset @ inverse(spread + covariance) @ offset))
     if chance < _DISAGREE:
         text = (
             f"the recorders disagree about the wind by {np.hypot(*offset) / KNOT:.1f} kt: each "

@@ -207,11 +207,13 @@ def check_wind(
     heights = np.array(
         [each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)]
     )
-    gains = np.array([_gains(each, each.pull[None], shapes)[:, 0] for each in found])
+    gains = np.array(
+        [_gains(each, each.information.inner[-1:, :-1], shapes)[:, 0] for each in found]
+    )
     odds = heights[:, None] + gains
     noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
     change = shapes.changes[int(place)]
-    likely = found[int(noise)].estimate(change.places, change.deviations)
+    likely = found[int(noise)].information.posterior(change.places, change.deviations).mean
     moved = (found[int(noise)].moved[:, change.places] @ likely)[: structure.model.count]
     sizes = likely.reshape(2, -1)
     some = shapes.of_time[:: len(shapes.of_time) // _MOMENTS + 1, change.places[: sizes.shape[1]]]
@@ -219,7 +221,8 @@ def check_wind(
     distances = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
     log_factor = float(logsumexp(odds) - logsumexp(heights))
     by_chance = (
-        logsumexp(_gains(found[0], found[0].drawn(_DRAWS, _SEED), shapes), axis=0) >= log_factor
+        logsumexp(_gains(found[0], found[0].information.drawn(_DRAWS, _SEED), shapes), axis=0)
+        >= log_factor
     )
     factor, chance = float(np.exp(min(log_factor, 700.0))), float(np.mean(by_chance))
     time, moves = (
@@ -276,17 +279,24 @@ def check_gain(
 
     def gains(each: ColumnEvidence, pulls: Array) -> Array:
         return np.array(
-            [each.log_bayes_factors(pulls, np.array([i]), one) + share for i in range(len(times))]
+            [
+                each.information.log_evidences(pulls, np.array([i]), one) + share
+                for i in range(len(times))
+            ]
         )
 
-    odds = heights[:, None] + np.array([gains(each, each.pull[None])[:, 0] for each in found])
+    odds = heights[:, None] + np.array(
+        [gains(each, each.information.inner[-1:, :-1])[:, 0] for each in found]
+    )
     noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
     log_factor = float(logsumexp(odds) - logsumexp(heights))
-    size = float(found[int(noise)].estimate(np.array([place]), one)[0])
+    size = float(found[int(noise)].information.posterior([int(place)], one).mean[0])
     of_wind = 0.0 if change is None else float(np.log(max(change.bayes_factor, 1.0)))
     if log_factor < of_wind + _LEAST_LOG_ODDS or abs(size) < _LEAST_GAIN:
         return ()
-    by_chance = logsumexp(gains(found[0], found[0].drawn(_DRAWS, _SEED)), axis=0) >= log_factor
+    by_chance = (
+        logsumexp(gains(found[0], found[0].information.drawn(_DRAWS, _SEED)), axis=0) >= log_factor
+    )
     if float(np.mean(by_chance)) > _GAIN_CHANCE:
         return ()
     if _by_own_scatter(regression, columns[:, place], time) < _CLEAR_STEP:
@@ -341,10 +351,10 @@ def _averaged(
     for noise, place in np.argwhere(shares > _LEAST_WEIGHT * total):
         change, evidence = shapes.changes[int(place)], found[int(noise)]
         moved = evidence.moved[:count, change.places] + mean_wind[:, change.places]
+        sizes = evidence.information.posterior(change.places, change.deviations)
         weights.append(shares[noise, place, None] / total)
-        means.append((mean + moved @ evidence.estimate(change.places, change.deviations))[None])
-        spread = moved @ evidence.covariance(change.places, change.deviations) @ moved.T
-        covariances.append((covariance + spread)[None])
+        means.append((mean + moved @ sizes.mean)[None])
+        covariances.append((covariance + moved @ sizes.covariance @ moved.T)[None])
     kept = np.concatenate(weights)
     return Posterior(kept / kept.sum(), np.concatenate(means), np.concatenate(covariances))
 
@@ -366,7 +376,8 @@ def _gains(evidence: ColumnEvidence, pulls: Array, shapes: _Shapes) -> Array:
     """The log Bayes factor of each change with its share, (changes, d), for pulls (d, m)."""
     return np.array(
         [
-            evidence.log_bayes_factors(pulls, change.places, change.deviations) + change.log_share
+            evidence.information.log_evidences(pulls, change.places, change.deviations)
+            + change.log_share
             for change in shapes.changes
         ]
     )

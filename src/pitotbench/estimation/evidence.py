@@ -11,12 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pitotbench.estimation.information import Information, information_from
 from pitotbench.estimation.noise import Noise
 from pitotbench.units import Array
-
-_REGULAR = 1e-9  # added to a correlation: columns of a short log may depend on each other
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,50 +35,14 @@ class EvidencePart:
 class ColumnEvidence:
     """What the rows say of further columns when the fitted coefficients are integrated out.
 
-    `log_likelihood` is the restricted log-likelihood without them, up to a constant. `pull` (m,)
-    and `precision` (m, m) are the gradient and the negative Hessian of the one with them, at zero.
-    `moved` (p, m) is the change of the estimates of the fitted coefficients per unit of a further
-    one.
+    `log_likelihood` is the restricted log-likelihood without them, up to a constant, and
+    `information` (m + 1, m + 1) that of the further columns. `moved` (p, m) is the change of the
+    estimates of the fitted coefficients per unit of a further one.
     """
 
     log_likelihood: float
-    pull: Array
-    precision: Array
+    information: Information
     moved: Array
-
-    def log_bayes_factor(self, chosen: NDArray[np.intp], deviations: Array) -> float:
-        """The log evidence that the chosen columns (k,) add with prior standard deviations (k,)."""
-        return float(self.log_bayes_factors(self.pull[None], chosen, deviations)[0])
-
-    def log_bayes_factors(self, pulls: Array, chosen: NDArray[np.intp], deviations: Array) -> Array:
-        """The same for each of other pulls (d, m), such as those of `drawn`; (d,)."""
-        precision = self._scaled(chosen, deviations)
-        scaled = deviations * pulls[:, chosen]
-        explained = np.sum(scaled * np.linalg.solve(precision, scaled.T).T, axis=1)
-        return np.asarray(0.5 * (explained - np.linalg.slogdet(precision)[1]))
-
-    def drawn(self, count: int, seed: int) -> Array:
-        """Draw the pulls (count, m) of rows in which all further coefficients are zero."""
-        scale = np.sqrt(np.maximum(np.diag(self.precision), np.finfo(np.float64).tiny))
-        correlation = self.precision / np.outer(scale, scale) + _REGULAR * np.eye(len(scale))
-        root = scale[:, None] * np.linalg.cholesky(correlation)
-        return np.asarray(np.random.default_rng(seed).standard_normal((count, len(scale))) @ root.T)
-
-    def estimate(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
-        """The posterior mean of the chosen columns' coefficients, (k,)."""
-        precision = self._scaled(chosen, deviations)
-        return np.asarray(deviations * np.linalg.solve(precision, deviations * self.pull[chosen]))
-
-    def covariance(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
-        """The posterior covariance of the chosen columns' coefficients, (k, k)."""
-        return np.asarray(
-            np.linalg.inv(self._scaled(chosen, deviations)) * np.outer(deviations, deviations)
-        )
-
-    def _scaled(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
-        """Posterior precision of the coefficients in units of their prior deviations."""
-        precision = self.precision[np.ix_(chosen, chosen)] * np.outer(deviations, deviations)
-        return np.asarray(precision + np.eye(len(chosen)))
 
 
 def column_evidence(
@@ -109,6 +71,6 @@ def column_evidence(
     rest = products[p:, p:] - explained.T @ explained
     determinant += 2.0 * float(np.sum(np.log(np.diag(root)) + np.log(scale)))
     moved = -np.linalg.solve(root.T, explained[:, 1:]) / scale[:, None]
-    return ColumnEvidence(
-        -0.5 * (determinant + float(rest[0, 0])), rest[1:, 0], rest[1:, 1:], moved
-    )
+    square = float(rest[0, 0])
+    information = information_from(rest[1:, 1:], rest[1:, 0], square)
+    return ColumnEvidence(-0.5 * (determinant + square), information, moved)

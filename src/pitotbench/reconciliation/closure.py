@@ -4,15 +4,14 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from pitotbench.reconciliation.equations import gain_in, scores_in
-from pitotbench.reconciliation.evidence import Evidence
+from pitotbench.estimation.information import Information
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.verdict import Closure
 from pitotbench.units import Array
 
 
 def closure_of(
-    evidence: Evidence,
+    evidence: Information,
     columns: Sequence[int],
     sizes: Sequence[float],
     cells: Sequence[int],
@@ -32,18 +31,18 @@ def closure_of(
     The sum of squares that noise leaves is that of a fit with free sizes and with every significant
     cell. So an explanation that leaves a gap elsewhere does not close all of it.
     """
-    inner, left = evidence.inner, evidence.less_sizes(columns, np.asarray(sizes, dtype=float)).inner
-    before, after = (float(each[-1, -1]) - gain_in(each, given) for each in (inner, left))
+    inner, left = evidence.inner, evidence.less(columns, np.asarray(sizes, dtype=float))
+    before, after = (float(e.inner[-1, -1]) - e.gain(given) for e in (evidence, left))
     squares = inner[np.ix_(columns, columns)]
     chance = 0.0 if covariance is None else float(np.sum(squares * covariance))
     used = [*columns, *given]
     for _ in range(THRESHOLDS.gap_cells_most if len(cells) else 0):
-        scores = scores_in(inner, cells, used)
+        scores = evidence.scores(cells, used)
         worst = int(np.argmax(np.abs(scores)))
         if scores[worst] ** 2 < THRESHOLDS.gap_cell:
             break
         used.append(cells[worst])
-    noise = float(inner[-1, -1]) - gain_in(inner, used) + len(used)
+    noise = float(inner[-1, -1]) - evidence.gain(used) + len(used)
     return Closure(before, after, min(noise, before, after), chance)
 
 

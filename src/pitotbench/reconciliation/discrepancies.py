@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench.reconciliation.evidence import Beside, Evidence
+from pitotbench.estimation.information import Information, Marginal
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
@@ -33,21 +33,24 @@ class Discrepancy:
     log_prior: float
 
     def log_evidence(
-        self, beside: Beside, columns: Sequence[int] = (), deviations: Sequence[float] | Array = ()
+        self,
+        marginal: Marginal,
+        columns: Sequence[int] = (),
+        deviations: Sequence[float] | Array = (),
     ) -> float:
         """Return the logarithm of prior times evidence of the discrepancy, in any of its sizes.
 
         A hypothesis with some columns, (q,), and prior deviations, (q,), is in the fit as well as
         the members that are fitted with it.
         """
-        inner, cells = beside.evidence.inner, list(self.cells)
+        inner, cells = marginal.left.inner, list(self.cells)
         rows, scale = [*columns, -1], np.array([*deviations, 1.0])
         own = inner[np.ix_(rows, rows)] * np.outer(scale, scale)
         across = self.turn @ (inner[np.ix_(cells, rows)] * scale)
         sizes = np.square(THRESHOLDS.rest_sizes)[:, None]
-        spread = 1.0 + beside.power * sizes * self.powers
+        spread = 1.0 + marginal.power * sizes * self.powers
         weight = (sizes / spread)[:, :, None]
-        taken = self.turn @ beside.lost[cells]
+        taken = self.turn @ marginal.taken[cells]
         weighted = taken * weight
         between = np.swapaxes(weighted, 1, 2) @ across
         members = np.eye(taken.shape[1]) - taken.T @ weighted
@@ -59,7 +62,7 @@ class Discrepancy:
 
 
 def discrepancy_of(
-    place: str, cells: Sequence[int], evidence: Evidence, prior: float
+    place: str, cells: Sequence[int], evidence: Information, prior: float
 ) -> Discrepancy:
     """Return the discrepancy of some cells of a log, with a prior that all its sizes share.
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.estimation.information import ROUNDING, Information, SizePosterior
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.reconciliation.free_parameters import fit_free_parameters
 from pitotbench.reconciliation.layout import Layout
@@ -18,9 +19,6 @@ Integers = NDArray[np.intp]
 FOLDS = 8  # sets of segments of the log, from all over it, of which each is left out once
 SEGMENT = 8.0  # s: a part that is left out whole; short, for a turn may come only once
 INSTANTS = 16  # of a part
-SINGULAR = 1e-6  # share of a column that the others must not reproduce for it to be independent
-SMALLEST = 1e-300  # sum of squares of an empty column, so that it can be divided by
-ROUNDING = 1e-13  # singular values below this share of the largest are rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +60,13 @@ class NormalEquations:
 
     def fit(self, columns: Sequence[int], given: Sequence[int] = ()) -> Fit:
         """Fit columns together with others that are `given`; the gain is over the given ones alone."""
-        sizes, covariance, gain = _solve(self.inner, [*given, *columns])
-        base = _solve(self.inner, given)[2]
-        first = len(given)
-        return Fit(tuple(columns), sizes[first:], covariance[first:, first:], max(0.0, gain - base))
+        found, first = Information(self.inner).posterior([*given, *columns]), len(given)
+        gain = Information(self.inner).gain(columns, given)
+        return Fit(tuple(columns), found.mean[first:], found.covariance[first:, first:], gain)
 
     def scores(self, columns: Sequence[int], given: Sequence[int] = ()) -> Array:
-        """Return the score of each column, see `scores_in`."""
-        return scores_in(self.inner, columns, given)
+        """Return the score of each column, see `Information.scores`."""
+        return Information(self.inner).scores(columns, given)
 
     def held_out_gain(self, columns: Sequence[int], given: Sequence[int] = ()) -> float:
         """Return the fall of the sum of squares by some columns in blocks that the fit does not
@@ -88,14 +85,17 @@ class NormalEquations:
 
     def _misfit(self, here: Array, others: Array, columns: Sequence[int]) -> float:
         """Sum of squares of a block with sizes fitted to the other blocks."""
-        k = self.free
-        used = [*range(k), *(k + c for c in columns)]
-        normal = others[np.ix_(used, used)]
-        normal[np.arange(k), np.arange(k)] += self.prior
-        sizes = _solve_scaled(normal, others[used, -1])
-        return float(
-            here[-1, -1] - 2.0 * sizes @ here[used, -1] + sizes @ here[np.ix_(used, used)] @ sizes
-        )
+        sizes = self._with_free(others, columns).mean
+        return float(Information(here).less(self._used(columns), sizes).inner[-1, -1])
+
+    def _used(self, columns: Sequence[int]) -> list[int]:
+        """The free parameters and some columns, among all."""
+        return [*range(self.free), *(self.free + c for c in columns)]
+
+    def _with_free(self, products: Array, columns: Sequence[int]) -> SizePosterior:
+        """The posterior of the free parameters and of some columns, whose priors are flat."""
+        deviations = np.append(self.prior**-0.5, np.full(len(columns), np.inf))
+        return Information(products).posterior(self._used(columns), deviations, ROUNDING)
 
     def free_sizes(self, columns: Sequence[int] = ()) -> Array:
         """Return the sizes of the free parameters, (k,), fitted together with some columns."""
@@ -105,50 +105,18 @@ class NormalEquations:
         """Return the sizes of the free parameters and their deviations, (k,) each, fitted together
         with some columns.
         """
-        k = self.free
-        used = [*range(k), *(k + c for c in columns)]
-        total = self.products.sum(axis=0)
-        normal = total[np.ix_(used, used)]
-        normal[np.arange(k), np.arange(k)] += self.prior
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), SMALLEST))
-        inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=ROUNDING, hermitian=True)
-        sizes = scale * (inverse @ (scale * total[used, -1]))
-        return sizes[:k], (scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)))[:k]
-
-
-def scores_in(inner: Array, columns: Sequence[int], given: Sequence[int] = ()) -> Array:
-    """Return the size of each column alone over its deviation, with others `given` in the fit, from
-    inner products, (m, m), whose last column is the residual; 0 for one that the given ones
-    reproduce.
-    """
-    chosen, others = list(columns), list(given)
-    power, product = np.diag(inner)[chosen].copy(), inner[chosen, -1].copy()
-    whole = power.copy()
-    if others:
-        inverse = _solve(inner, others)[1]
-        across = inner[np.ix_(chosen, others)]
-        power -= np.einsum("ij,jk,ik->i", across, inverse, across)
-        product -= across @ inverse @ inner[others, -1]
-    usable = power > SINGULAR * np.maximum(whole, SMALLEST)
-    return np.where(usable, product / np.sqrt(np.where(usable, power, 1.0)), 0.0)
-
-
-def gain_in(inner: Array, columns: Sequence[int], given: Sequence[int] = ()) -> float:
-    """Return the fall of the sum of squares by some columns beside those that are `given`, from
-    inner products, (m, m), whose last column is the residual.
-    """
-    return max(0.0, _solve(inner, [*given, *columns])[2] - _solve(inner, given)[2])
+        k, found = self.free, self._with_free(self.products.sum(axis=0), columns)
+        return found.mean[:k], np.sqrt(np.diag(found.covariance))[:k]
 
 
 def equations_from(products: Array, free: int, deviations: Array) -> NormalEquations:
     """Return the equations of inner products, (b, m, m), and the prior deviations of the free
     parameters, (k,).
     """
-    prior = 1.0 / deviations**2
-    total, k = products.sum(axis=0), free
-    normal = total[:k, :k] + np.diag(prior)
-    eliminated = np.stack([_solve_scaled(normal, column) for column in total[:k, k:].T], axis=1)
-    return NormalEquations(products, free, prior, total[k:, k:] - total[k:, :k] @ eliminated)
+    whole = Information(products.sum(axis=0))
+    rest = range(free, len(whole.inner) - 1)
+    inner = whole.given(range(free), deviations, rest)[0].inner
+    return NormalEquations(products, free, 1.0 / deviations**2, inner)
 
 
 def inner_products(columns: Array, residual: Array) -> Array:
@@ -173,27 +141,6 @@ def folds_of(layout: Layout) -> Integers:
     segment = min(SEGMENT, INSTANTS * layout.grid.step)
     folds: Integers = ((time - time[0]) / segment).astype(np.intp) % FOLDS
     return folds
-
-
-def _solve(inner: Array, columns: Sequence[int]) -> tuple[Array, Array, float]:
-    """Sizes, covariance and gain of columns on inner products whose last column is the residual."""
-    chosen = list(columns)
-    if not chosen:
-        return np.zeros(0), np.zeros((0, 0)), 0.0
-    normal, right = inner[np.ix_(chosen, chosen)], inner[chosen, -1]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), SMALLEST))
-    values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
-    usable = values > SINGULAR
-    inverse = (vectors[:, usable] / values[usable]) @ vectors[:, usable].T * np.outer(scale, scale)
-    sizes = inverse @ right
-    return sizes, inverse, float(sizes @ right)
-
-
-def _solve_scaled(normal: Array, right: Array) -> Array:
-    """Sizes of normal equations that may be singular, each column scaled to 1."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), SMALLEST))
-    solved = np.linalg.lstsq(normal * np.outer(scale, scale), right * scale, rcond=ROUNDING)[0]
-    return np.asarray(solved * scale)
 
 
 SAME_SHAPE = 1e-9  # singular value of the cells' shapes below which two of them are the same

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench import air
+from pitotbench.estimation.information import information_from
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.reconciliation.flight_path import PATH_SCALES, WIND
@@ -375,18 +376,13 @@ TINY = 1e-12  # added to a scale: a channel without any change must not divide b
 
 @dataclass(frozen=True, slots=True)
 class ParameterFit:
-    """Sizes of the free parameters, (k,), their precision, (k, k), and the residuals without them,
-    (n, c).
+    """Sizes of the free parameters, (k,), the standard deviation of each, (k,), and the residuals
+    without them, (n, c).
     """
 
     sizes: Array
-    precision: Array
+    deviations: Array
     residuals: Array
-
-    @property
-    def deviations(self) -> Array:
-        """Standard deviation of each size."""
-        return np.sqrt(np.diag(np.linalg.inv(self.precision)))
 
 
 def fit_free_parameters(values: Array, free: FreeParameters, usable: Booleans) -> ParameterFit:
@@ -396,12 +392,11 @@ def fit_free_parameters(values: Array, free: FreeParameters, usable: Booleans) -
     robust deviation of its remaining residuals.
     """
     columns, remaining, scale = free.columns, values, values.std(axis=0) + TINY
-    prior = np.diag(1.0 / free.deviations**2)
-    sizes, normal = np.zeros(columns.shape[2]), prior
+    every = range(columns.shape[2])
     for _ in range(SCALINGS):
-        design = (columns * (usable / scale)[:, :, None]).reshape(-1, columns.shape[2])
-        normal = design.T @ design + prior
-        sizes = np.linalg.solve(normal, design.T @ (values * usable / scale).ravel())
-        remaining = values - columns @ sizes
+        design = (columns * (usable / scale)[:, :, None]).reshape(-1, len(every))
+        seen = design.T @ (values * usable / scale).ravel()
+        found = information_from(design.T @ design, seen).posterior(every, free.deviations)
+        remaining = values - columns @ found.mean
         scale = robust_deviation(remaining) + TINY
-    return ParameterFit(sizes, normal, remaining)
+    return ParameterFit(found.mean, np.sqrt(np.diag(found.covariance)), remaining)

@@ -13,6 +13,7 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects.effect import AircraftEffect, AirEffect, Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.effects.own_terms import SURFACES
+from pitotbench.estimation.information import Information
 from pitotbench.reconciliation.cells import cells
 from pitotbench.reconciliation.equations import (
     NormalEquations,
@@ -270,7 +271,7 @@ def _left_out(layout: Layout, noise: NoiseModel) -> Array:
 
 def _sizes_left_out(equations: NormalEquations, deviations: Array) -> list[Array]:
     """Sizes of the free parameters and of all columns, fitted without each fold."""
-    prior = np.concatenate([equations.prior, deviations**-2.0])
+    wide = np.concatenate([equations.prior**-0.5, deviations])
     total = equations.products.sum(axis=0)
     others = (total - here for here in equations.products)
-    return [np.linalg.solve(o[:-1, :-1] + np.diag(prior), o[:-1, -1]) for o in others]
+    return [Information(each).posterior(range(len(wide)), wide).mean for each in others]

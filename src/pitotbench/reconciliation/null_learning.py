@@ -7,16 +7,16 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.special import ndtri
 
+from pitotbench.estimation.information import Information
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.reconciliation.equations import (
-    SMALLEST,
     noise_residuals,
     scaled_to,
     whitened_equations,
 )
 from pitotbench.reconciliation.evidence import (
-    SINGULAR,
-    Evidence,
+    NEGLIGIBLE,
+    SMALLEST,
     floored,
     significance,
     without_score,
@@ -343,7 +343,9 @@ def _spreads(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:
     return {name: float(np.sqrt(np.mean(np.square(own)))) for name, own in scores.items()}
 
 
-def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[str, ...], Evidence]:
+def evidence_of(
+    flight: tuple[Layout, NoiseModel, ScoreScale],
+) -> tuple[tuple[str, ...], Information]:
     """Return the labels of the sizes that are not searched for, and the evidence of one null flight
     for them.
     """
@@ -356,8 +358,8 @@ def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[st
 
 
 def left_over(
-    labels: tuple[str, ...], flights: Sequence[Evidence]
-) -> tuple[dict[str, float], list[Evidence]]:
+    labels: tuple[str, ...], flights: Sequence[Information]
+) -> tuple[dict[str, float], list[Information]]:
     """Return the sizes that null flights still seem to have, with the root mean square of their
     scores, and the flights without them.
 
@@ -377,7 +379,7 @@ def left_over(
     return found, each
 
 
-def lasting_scores(flights: Sequence[Evidence]) -> tuple[Array, Array]:
+def lasting_scores(flights: Sequence[Information]) -> tuple[Array, Array]:
     """Return the mean scores of sizes on null flights, (m,), without what is chance, and the mean
     inner products of the sizes, (m, m).
 
@@ -389,7 +391,7 @@ def lasting_scores(flights: Sequence[Evidence]) -> tuple[Array, Array]:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(mean)[:-1], SMALLEST))
     power, axes = np.linalg.eigh(mean[:-1, :-1] * np.outer(scale, scale))
     along = axes.T @ (scale * mean[:-1, -1])
-    shown = (power > SINGULAR) & (along**2 > THRESHOLDS.left_over_from**2 * power)
+    shown = (power > NEGLIGIBLE) & (along**2 > THRESHOLDS.left_over_from**2 * power)
     return np.asarray(axes[:, shown] @ along[shown] / scale), mean[:-1, :-1]
 
 

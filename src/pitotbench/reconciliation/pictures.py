@@ -60,7 +60,7 @@ def _remaining(block: Block, fit: Fit, places: Sequence[int]) -> float:
     others absent.
     """
     at = [fit.columns[i] for i in places]
-    return float(block.beyond.less_sizes(at, fit.sizes[list(places)]).inner[-1, -1])
+    return float(block.beyond.less(at, fit.sizes[list(places)]).inner[-1, -1])
 
 
 def traces(block: Block, fit: Fit) -> tuple[Trace, ...]:

@@ -2,12 +2,14 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import add
 
 import numpy as np
 from scipy.special import expit, logsumexp
 
 from pitotbench.effects import FORMULAS, effect_of
+from pitotbench.estimation.information import Information, Marginal
 from pitotbench.reconciliation.discrepancies import Discrepancy, discrepancy_of
 from pitotbench.reconciliation.equations import (
     Fit,
@@ -17,9 +19,7 @@ from pitotbench.reconciliation.equations import (
     with_form_error,
 )
 from pitotbench.reconciliation.evidence import (
-    SINGULAR,
-    Beside,
-    Evidence,
+    NEGLIGIBLE,
     floored,
     merit,
     prior_of,
@@ -75,7 +75,7 @@ class Block:
     noise: NoiseModel
     null: NullDistribution
     equations: NormalEquations
-    beyond: Evidence
+    beyond: Information
     stands_out: bool = True
 
     @property
@@ -212,7 +212,7 @@ class Regression:
         }
         self._log_priors = _log_priors(list(self.columns))
 
-    def _joined(self) -> tuple[list[list[int]], Evidence]:
+    def _joined(self) -> tuple[list[list[int]], Information]:
         """The evidence of all logs, and for each log the columns of its sizes and cells in it."""
         place = {key: i for i, key in enumerate(self.keys)}
         places, first = [], len(place)
@@ -220,11 +220,8 @@ class Regression:
             cells = len(block.layout.places)
             places.append([*(place[key] for key in block.keys), *range(first, first + cells)])
             first += cells
-        inner = np.zeros((first + 1, first + 1))
-        for own, block in zip(places, self.blocks, strict=True):
-            rows = [*own, first]
-            inner[np.ix_(rows, rows)] += block.beyond.inner
-        return places, Evidence(inner)
+        pairs = zip(places, self.blocks, strict=True)
+        return places, reduce(add, (block.beyond.placed(own, first) for own, block in pairs))
 
     @cached_property
     def _discrepancies(self) -> list[Discrepancy]:
@@ -236,7 +233,7 @@ class Regression:
             cells: dict[str, list[int]] = {}
             by_group: dict[str, list[int]] = {}
             for column, (_, cell) in zip(own[len(block.keys) :], block.layout.places, strict=True):
-                if power[column] > SINGULAR:
+                if power[column] > NEGLIGIBLE:
                     cells.setdefault(cell.channel, []).append(column)
                     by_group.setdefault(_channel_group(cell.channel), []).append(column)
             shown = {group: own for group, own in by_group.items() if group in CHANNEL_GROUPS}
@@ -302,18 +299,18 @@ class Regression:
         it is.
         """
         columns = [c for member in members for c in member.columns]
-        beside = self.evidence.beside(columns, _deviations(members))
+        marginal = self.evidence.marginal(columns, _deviations(members))
         taken = {_cause(member.name) for member in members}
         names = [
             n
             for n in self.columns
             if _cause(n) not in taken and refused.isdisjoint((n, parted(n)[0]))
         ]
-        weights, unmodeled, _ = self._weighed(beside, names)
+        weights, unmodeled, _ = self._weighed(marginal, names)
         every = [*weights.values(), *unmodeled.values()]
         log_bayes_factor = float(logsumexp(every) - np.log(THRESHOLDS.prior_of_none))
         power = tempering_power(log_bayes_factor)
-        weights, unmodeled, found = self._weighed(beside.tempered(power), names)
+        weights, unmodeled, found = self._weighed(marginal.tempered(power), names)
         whole = float(logsumexp([*weights.values(), *unmodeled.values()]))
         member = found[max(weights, key=lambda name: weights[name])] if weights else NOTHING
         return Found(
@@ -326,7 +323,7 @@ class Regression:
         )
 
     def _weighed(
-        self, beside: Beside, names: Sequence[str]
+        self, marginal: Marginal, names: Sequence[str]
     ) -> tuple[dict[str, float], dict[str, float], dict[str, Member]]:
         """The logarithms of prior times evidence of some hypotheses, with an unmodeled discrepancy
         together with the best of them, and of these alone by their places; and the hypotheses as
@@ -337,26 +334,26 @@ class Regression:
         values, members = dict[str, float](), dict[str, Member]()
         for name in names:
             prior = self._log_priors[name] + (unknown if is_term(name) else known)
-            weighed, member = self._member(beside.evidence, name)
+            weighed, member = self._member(marginal.left, name)
             values[name], members[name] = float(prior + weighed), member
         for name in sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]:
-            left = logsumexp([*self._of_discrepancies(beside, members[name]).values()])
+            left = logsumexp([*self._of_discrepancies(marginal, members[name]).values()])
             values[name] += float(np.logaddexp(np.log1p(-share), np.log(share) + left))
         half = unknown + (np.log(0.5) if any(map(is_term, names)) else 0.0)
-        alone = self._of_discrepancies(beside, NOTHING)
+        alone = self._of_discrepancies(marginal, NOTHING)
         return values, {place: value + half for place, value in alone.items()}, members
 
-    def _of_discrepancies(self, beside: Beside, member: Member) -> dict[str, float]:
+    def _of_discrepancies(self, marginal: Marginal, member: Member) -> dict[str, float]:
         """The logarithm of prior times evidence of the discrepancies of each place, with a
         hypothesis in the fit as well.
         """
         found: dict[str, float] = {}
         for each in self._discrepancies:
-            value = each.log_evidence(beside, member.columns, member.deviations)
+            value = each.log_evidence(marginal, member.columns, member.deviations)
             found[each.place] = float(np.logaddexp(found.get(each.place, -np.inf), value))
         return found
 
-    def _member(self, evidence: Evidence, name: str) -> tuple[float, Member]:
+    def _member(self, evidence: Information, name: str) -> tuple[float, Member]:
         """The logarithm of the evidence of a hypothesis, and it as a member of a fit.
 
         What its form leaves open are small columns, in proportion to its size. With even odds there
@@ -389,7 +386,7 @@ class Regression:
             if own:
                 held += block.equations.held_out_gain(own, given)
                 inside += block.equations.fit(own, given).gain
-        return held / max(inside, SINGULAR)
+        return held / max(inside, NEGLIGIBLE)
 
     def shown_columns(self, block: Block, members: Sequence[Member]) -> list[int]:
         """The columns of the sizes of some members in a block, without those that forms leave open;
@@ -408,7 +405,7 @@ class Regression:
         forms leave open; a size that is both is the sum.
         """
         columns = [c for member in members for c in member.columns]
-        found = self.evidence.of(columns, _deviations(members))
+        found = self.evidence.posterior(columns, _deviations(members))
         own = [c for m in members for c in m.columns if keys_of(m.name, [self.keys[c]])]
         kept = list(dict.fromkeys([*own, *columns]))
         sums = np.equal.outer(kept, columns).astype(np.float64)
@@ -425,7 +422,7 @@ class Regression:
         kept = Regression([self.blocks[i] for i in numbers])
         keys = [k for m in members for k in keys_of(m.name, kept.keys)]
         wide = [widest(key) for key in keys]
-        found = kept.evidence.of([kept.keys.index(key) for key in keys], wide)
+        found = kept.evidence.posterior([kept.keys.index(key) for key in keys], wide)
         return Sizes(tuple(keys), found.mean, found.covariance)
 
 

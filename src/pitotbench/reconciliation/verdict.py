@@ -11,7 +11,6 @@ from pitotbench.effects import effect_of
 from pitotbench.reconciliation.closure import closes, joined_closure
 from pitotbench.reconciliation.equations import (
     Fit,
-    gain_in,
 )
 from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
 from pitotbench.reconciliation.layout import Layout
@@ -281,7 +280,7 @@ def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float) -> Gap:
     own, other_columns = (
         fitted.regression.shown_columns(main.block, m) for m in ([found.member], given)
     )
-    gain = gain_in(main.block.beyond.inner, own, other_columns)
+    gain = main.block.beyond.gain(own, other_columns)
     closed = gain / max(closure.before - closure.noise, gain, 1.0)
     ranked = list(found.causes)
     if is_term(found.member.name):

@@ -52,7 +52,7 @@ def test_the_folder_holds_results_with_the_columns_of_the_contract_logs_cases_an
     assert len(list((result.folder / "logs").glob("*.parquet"))) == 4
     assert len(list((result.folder / "cases").glob("*.toml"))) == 2
     page = (result.folder / "report.html").read_text(encoding="utf-8")
-    assert page.count("<svg") == 2  # of all flights: what they cost, and their curves
+    assert page.count("<svg") == 3  # which maneuver and how long, and the curves by data system
     assert not re.search(
         r"<script|src=|http://(?!www\.w3\.org|purl\.org|creativecommons\.org)", page
     )

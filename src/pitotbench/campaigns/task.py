@@ -198,13 +198,15 @@ def _mark(label: str, options: CalibrationOptions) -> str:
 def _section(
     task: Task, system: DataSystem, flight: Flight, log: FlightLog, results: Found
 ) -> Section:
+    spec = flight.case.pressure_error
     if not task.draw:
-        answer = short_answer_of(results[0][2], f"{task.name} {system.label}")
+        first = results[0][2]
+        true = true_correction(spec, first.curve.indicated_airspeed)
+        answer = short_answer_of(first, f"{task.name} {system.label}", true)
         return Section("", flight.case.maneuver, system.label, answer, "")
     # Imported here, because a worker that draws nothing need not load the drawing library.
     from pitotbench.show.pages import flight_section
 
-    spec = flight.case.pressure_error
     fits = {_mark(label, options): result for label, options, result in results}
     truth = {name: true_correction(spec, r.curve.indicated_airspeed) for name, r in fits.items()}
     # The flight is the same for every data system: it is drawn once.

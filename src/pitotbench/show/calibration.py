@@ -16,7 +16,7 @@ from pitotbench.records.calibration import (
 from pitotbench.records.outputs import file_name
 from pitotbench.show.columns import with_minus_signs
 from pitotbench.timeline import minutes_text
-from pitotbench.units import KNOT
+from pitotbench.units import KNOT, MetersPerSecond
 
 _USUAL_KT = (
     100.0,
@@ -25,13 +25,19 @@ _USUAL_KT = (
 )  # the low end, the middle and the high end of the study's maneuvers
 
 
+_MOST_DRAWN = 30  # points of a line that is drawn small
+
+
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """The correction to add to one indicated airspeed, and its ±2σ bound [kt]."""
+    """The correction to add to one indicated airspeed, and its ±2σ bound [kt]; of a simulated flight
+    the true one as well.
+    """
 
     indicated_kt: float
     correction_kt: float
     two_sigma_kt: float
+    true_kt: float | None = None
 
     def __str__(self) -> str:
         return with_minus_signs(f"{self.correction_kt:+.2f} ± {self.two_sigma_kt:.2f} kt")
@@ -45,7 +51,9 @@ def correction_sentence(corrections: Sequence[Correction]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ShortAnswer:
-    """The short answer of a calibration, in knots and degrees. The wind comes from `wind_from_deg`."""
+    """The short answer of a calibration, in knots and degrees. The wind comes from `wind_from_deg`.
+    `curve` are the points of the curve of a simulated flight, to be drawn.
+    """
 
     subject: str
     model: str
@@ -55,6 +63,7 @@ class ShortAnswer:
     wind_two_sigma_kt: float | None  # of the larger component
     residual_two_sigma_kt: float
     warnings: tuple[str, ...]
+    curve: tuple[Correction, ...] = ()
 
     @property
     def correction_sentence(self) -> str:
@@ -72,8 +81,12 @@ class ShortAnswer:
         )
 
 
-def short_answer_of(result: Calibration, subject: str) -> ShortAnswer:
-    """The short answer of a calibration of `subject` (a maneuver and data system, or a file)."""
+def short_answer_of(
+    result: Calibration, subject: str, truth: MetersPerSecond | None = None
+) -> ShortAnswer:
+    """The short answer of a calibration of `subject` (a maneuver and data system, or a file);
+    `truth`: the true correction [m/s] at the airspeeds of the curve.
+    """
     wind = result.wind
     return ShortAnswer(
         subject=subject,
@@ -86,7 +99,16 @@ def short_answer_of(result: Calibration, subject: str) -> ShortAnswer:
         else max(wind.north.two_sigma, wind.east.two_sigma) / KNOT,
         residual_two_sigma_kt=result.residual_two_sigma / KNOT,
         warnings=result.warnings,
+        curve=() if truth is None else _points(result.curve, truth),
     )
+
+
+def _points(curve: ErrorCurve, truth: MetersPerSecond) -> tuple[Correction, ...]:
+    """The points of a curve, few enough to be drawn as a line."""
+    columns = (curve.indicated_airspeed, curve.correction, curve.two_sigma, truth)
+    step = max(1, len(truth) // _MOST_DRAWN)
+    kept = sorted({*range(0, len(truth), step), len(truth) - 1})
+    return tuple(Correction(*(float(each[row] / KNOT) for each in columns)) for row in kept)
 
 
 def _corrections(result: Calibration) -> tuple[Correction, ...]:

@@ -82,9 +82,24 @@ def _text(value: Any) -> str | None:
     return ", ".join(map(str, value)) if hasattr(value, "__iter__") else str(value)
 
 
-def _key_column(name: str, style: str) -> Column[dict[str, Any]]:
-    """The column of a field that varies, such as `wind.speed_kt`."""
-    return keyed(name, *name_and_unit(name.replace(".", "_")), style)
+def varied_columns(means: "pd.DataFrame") -> list[Column[dict[str, Any]]]:
+    """The columns of what varies in a table of means, but for the maneuver, the data system and the
+    model: `wind.speed_kt`.
+    """
+    names = [n for n in map(str, means.columns) if n not in {*_NOT_KEYS, *_CHOICES}]
+    numbers = {*means.select_dtypes("number")}
+    return [keyed(n, *name_and_unit(n.replace(".", "_")), "g" * (n in numbers)) for n in names]
+
+
+def condition_of(row: dict[str, Any], varied: Sequence[Column[dict[str, Any]]]) -> str:
+    """The conditions under which a row was flown, such as `Wind speed 20 kt`; empty for one."""
+    named = (
+        f"{key.heading} {with_unit(key.text(row), key.unit)}"
+        for key in varied
+        if key.key not in _CHOSEN
+    )
+    text = ", ".join(named)
+    return f"{text[:1].upper()}{text[1:]}"
 
 
 def campaign_tree(
@@ -100,26 +115,21 @@ def campaign_tree(
     that gave no result. `drawn` as for `means_of`.
     """
     table = means_of(results, drawn)
-    numbers = {*table.select_dtypes("number")}
-    varied = [
-        _key_column(name, "g" * (name in numbers))
-        for name in keys_of(results, drawn)
-        if name not in _CHOICES
-    ]
+    varied = varied_columns(table)
     columns = [*CAMPAIGN_COLUMNS[:3], *varied, *CAMPAIGN_COLUMNS[3:]]
     over = listed(["seeds", *(name_and_unit(name.replace(".", "_"))[0] for name in drawn)])
     plain = table.assign(maneuver=table["maneuver"].str.replace("_", " "))
     one = [f"{each.correction_sentence} {each.wind_sentence}" for each in answers]
     several = len(answers) > 1
     pictures = [
-        Figure("pitotbench.show.curves.all_flights_panels", (results,)),
-        Figure("pitotbench.show.curves.corrections_panels", (answers,)),
+        Figure("pitotbench.show.campaign_panels.minutes_panels", (results, drawn), "single"),
+        Figure("pitotbench.show.campaign_panels.maneuver_curve_panels", (answers,), "narrow"),
     ]
     return [
-        *map(Sentence, one if len(one) == 1 else [*_best(table, varied), *_ranking(table)]),
+        *map(Sentence, one if len(one) == 1 else _best(table, varied)),
         *(pictures if several else []),
         *(Doubt(f"failed: {text}") for text in failures),
-        *map(Sentence, _shapes(results)),
+        *map(Sentence, [*([] if len(one) == 1 else _ranking(table)), *_shapes(results)]),
         *(doubts_of_answers(answers) if several else []),
         Table(columns, frame_rows(plain), f"against the truth, the mean over {over}"),
         *(
@@ -139,7 +149,7 @@ def doubts_of_answers(answers: Sequence[ShortAnswer]) -> list[Node]:
     ]
 
 
-_MOST_CONDITIONS = 6  # that have a sentence each; the table has all
+MOST_CONDITIONS = 6  # that have a sentence each; the table has all
 
 
 def _best(table: "pd.DataFrame", varied: Sequence[Column[dict[str, Any]]]) -> Iterator[str]:
@@ -148,15 +158,10 @@ def _best(table: "pd.DataFrame", varied: Sequence[Column[dict[str, Any]]]) -> It
     """
     every: dict[str, list[dict[str, Any]]] = {}
     for row in frame_rows(table):
-        named = (
-            f"{key.heading} {with_unit(key.text(row), key.unit)}"
-            for key in varied
-            if key.key not in _CHOSEN
-        )
-        every.setdefault(", ".join(named), []).append(row)
-    for condition, rows in [*every.items()][:_MOST_CONDITIONS] if len(table) > 1 else []:
+        every.setdefault(condition_of(row, varied), []).append(row)
+    for condition, rows in [*every.items()][:MOST_CONDITIONS] if len(table) > 1 else []:
         sentence = _best_of(sorted(rows, key=lambda row: float(row["two_sigma_kt"])), table)
-        yield f"{condition[:1].upper()}{condition[1:]}: {sentence}" if condition else sentence
+        yield f"{condition}: {sentence}" if condition else sentence
 
 
 def _best_of(rows: Sequence[dict[str, Any]], table: "pd.DataFrame") -> str:

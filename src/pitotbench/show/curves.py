@@ -1,6 +1,5 @@
 """Pictures of an error curve, of the data behind it, and of columns of results."""
 
-import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
@@ -12,7 +11,6 @@ from pitotbench import air
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
-from pitotbench.show.calibration import ShortAnswer
 from pitotbench.show.curve_rows import method_words, samples_of
 from pitotbench.show.limits import AUTO, Limit, limit_for
 from pitotbench.show.reader_units import BENCH, Units
@@ -293,10 +291,9 @@ def residual_autocorrelation(result: Calibration) -> tuple[Array, Array, int]:
     return np.array(lags, dtype=np.float64), np.array(values), int((count > 0).sum())
 
 
-_COLORS = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, GREY)
+MANEUVER_COLORS = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, GREY)
 LARGE = (7.0, 4.4)  # in
 _MOST_POINTS = 20_000  # more cannot be distinguished
-_SIDE_BY_SIDE = 6.0  # kt, over which the flights at one airspeed are drawn beside one another
 
 
 def scatter_svg(results: "pd.DataFrame", vertical: str, horizontal: str) -> str:
@@ -318,51 +315,10 @@ def scatter_marks(results: "pd.DataFrame", vertical: str, horizontal: str) -> li
         dots(
             rows[horizontal],
             rows[vertical],
-            color=_COLORS[number % len(_COLORS)],
+            color=MANEUVER_COLORS[number % len(MANEUVER_COLORS)],
             label=str(name).replace("_", " "),
             ms=6.0,
             alpha=0.6,
         )
         for number, (name, rows) in enumerate(results.iloc[::step].groupby("maneuver", sort=False))
     ]
-
-
-def all_flights_panels(results: "pd.DataFrame", units: Units = BENCH) -> list[Panel]:
-    """The bound of every flight against its minutes, with twice its true error, for the first
-    model.
-    """
-    first = results[results["model"] == results["model"].iloc[0]]
-    error, label = 2.0 * first["curve_rms_error_kt"], "2 × true rms error"
-    draw = drawing(
-        *scatter_marks(first, "two_sigma_kt", "minutes"),
-        dots(first["minutes"], error, marker="_", ms=7.0, color="black", label=label),
-        frame("time [min]", "mean ±2σ of the curve [kt]", ylim=(0.0, None)),
-    )
-    note = (
-        "A dot: the bound of the curve from one flight, as one data system recorded it; in "
-        "black its true error."
-    )
-    title = f"How well the curve is known ({first['model'].iloc[0]})"
-    return [panel(title, draw, note, units=units)]
-
-
-def corrections_panels(answers: Sequence[ShortAnswer], units: Units = BENCH) -> list[Panel]:
-    """The corrections of each flight with their bounds, side by side at each airspeed, a color a
-    maneuver.
-    """
-    groups = [re.sub(r"(-seed\d+)? \S+$", "", a.subject).replace("_", " ") for a in answers]
-    maneuvers = list(dict.fromkeys(groups))
-
-    def corrections(place: int, group: str, answer: ShortAnswer) -> Mark:
-        shift = _SIDE_BY_SIDE * ((place + 0.5) / len(answers) - 0.5)
-        return bars(
-            [each.indicated_kt + shift for each in answer.corrections],
-            [each.correction_kt for each in answer.corrections],
-            [each.two_sigma_kt for each in answer.corrections],
-            color=_COLORS[maneuvers.index(group) % len(_COLORS)],
-            label=group, fmt="o-", ms=3.0, lw=0.8, capsize=1.5,
-        )  # fmt: skip
-
-    marks = map(corrections, range(len(answers)), groups, answers)
-    draw = drawing(*marks, level(0.0), frame(AIRSPEED, CORRECTION))
-    return [panel("The corrections over one another", draw, "Bars are ±2σ.", units=units)]

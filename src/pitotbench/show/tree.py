@@ -68,7 +68,7 @@ class Table:
 class Figure:
     """Pictures, drawn only by a renderer that shows them: the name of the function that draws
     them, and its arguments before the reader's units. `layout`: `main` for the answer's, `wide`,
-    `narrow`, or `whole` for those that fill the page.
+    `narrow`, `whole` for those that fill the page, or `single` for one that shrinks with it.
     """
 
     drawn_by: str

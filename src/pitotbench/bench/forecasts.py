@@ -12,7 +12,7 @@ from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_si
 from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.campaigns.flights import briefing_of, sense, wind_toward
 from pitotbench.records import BadInputError
-from pitotbench.records.case import TURBULENCE_SEVERITY, Case, DataSystem, rates_for
+from pitotbench.records.case import Case, DataSystem, rates_for
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast
@@ -62,11 +62,6 @@ class PlanRequest:
     def __post_init__(self) -> None:
         for name in self.maneuvers:
             _ = MANEUVERS[name]
-        if self.base.turbulence not in TURBULENCE_SEVERITY:
-            raise BadInputError(
-                f"turbulence {self.base.turbulence!r}: expect one of "
-                f"{', '.join(TURBULENCE_SEVERITY)}"
-            )
         object.__setattr__(self, "base", with_usual_curve(self.base))
         low, high = self.range
         if not (low >= 20.0 * KNOT and high - low >= _NARROWEST):

@@ -35,7 +35,7 @@ from pitotbench.show.inspection_panels import speed_marks
 from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named
 from pitotbench.show.pages import calibration_record, log_page, log_section
 from pitotbench.show.plan import plan_json, plan_tree
-from pitotbench.show.plan_panels import draw_front
+from pitotbench.show.plan_panels import draw_bounds
 from pitotbench.show.reader_units import reader_units
 from pitotbench.show.renderers import html_of
 from pitotbench.show.style import BLUE, WIDE, Mark, drawing, frame
@@ -219,6 +219,6 @@ _TABLES: dict[type, View] = {
 _PICTURES: dict[type, View] = {
     Calibration: lambda r: curve_marks({r.model: r}, limit=limit_for(r)),
     FlightLog: speed_marks,
-    Plan: lambda record: [partial(draw_front, plan=record)],
+    Plan: lambda record: [partial(draw_bounds, plan=record)],
     Account: _cause_marks,
 }

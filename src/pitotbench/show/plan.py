@@ -252,7 +252,7 @@ def plan_tree(plan: Plan) -> list[Node]:
     """The recommendation, the conditions, the table, and the maneuvers that cannot be flown."""
     return [
         *map(Sentence, plan_advice(plan)),
-        Figure("pitotbench.show.plan_panels.front_panels", (plan,), "main"),
+        Figure("pitotbench.show.plan_panels.bounds_panels", (plan,), "main"),
         Figure("pitotbench.show.plan_panels.plan_panels", (plan,)),
         Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),

@@ -43,15 +43,15 @@ _LARGE = (7.4, 4.0)  # in, width and height
 _SQUARE = (3.8, 3.6)  # in
 
 
-def front_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
+def bounds_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
     """The picture of a plan: the bound over the minutes."""
     return [
         panel(
             "How well the curve is known, against minutes",
-            lambda axes: draw_front(axes, plan),
+            lambda axes: draw_bounds(axes, plan),
             "A dot is a card flown once, with its 1σ between flights. The line from a dot is the "
-            "same card flown repeatedly. Black: the Pareto front, the smallest bound that whole "
-            "cards reach in so many minutes.",
+            "same card flown repeatedly: four times the minutes halve the bound. Both scales are "
+            "logarithmic, so that these lines are straight.",
             size=_LARGE,
             units=units,
         )
@@ -90,25 +90,7 @@ def plan_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
     ]
 
 
-def front(forecasts: Sequence[Forecast], last: float) -> list[tuple[float, float]]:
-    """Minutes and ±2σ [m/s] of the Pareto front, up to `last` minutes, for cards flown once or
-    more.
-
-    No other choice takes fewer minutes and has a smaller bound.
-    """
-    choices = [
-        (times * each.minutes, each.mean / times**0.5)
-        for each in forecasts
-        for times in range(1, int(last / each.minutes) + 1)
-    ]
-    best: list[tuple[float, float]] = []
-    for minutes, bound in sorted(choices):
-        if not best or bound < best[-1][1]:
-            best.append((minutes, bound))
-    return best
-
-
-def draw_front(axes: Axes, plan: Plan) -> None:
+def draw_bounds(axes: Axes, plan: Plan) -> None:
     """Draw ±2σ [kt] against minutes, both logarithmic: a line of slope −½ is a card flown
     repeatedly.
     """
@@ -123,17 +105,14 @@ def draw_front(axes: Axes, plan: Plan) -> None:
             each.minutes, each.mean / KNOT, each.spread / KNOT,
             fmt=marker, ms=size, color=color, elinewidth=0.8, zorder=_BELOW_DOTS + 1.0,
         )(axes)  # fmt: skip
-    edge = front(shown, last)
-    corners = np.transpose([*edge, (last, edge[-1][1])]) / [[1.0], [KNOT]]
-    axes.step(*corners, where="post", color=INK, lw=1.2, label="Pareto front")
     if plan.want is not None:
         wanted = plan.want / KNOT
         level(wanted, color=GREEN, ls="--", lw=1.4, label=f"wanted, {wanted:g} kt")(axes)
     if plan.minutes is not None:
         axes.axvline(plan.minutes, color=ORANGE, ls="--", label=f"{plan.minutes:g} min")
     frame(
-        "time recorded [min]",
-        "mean ±2σ of the curve [kt]",
+        "time recorded, log scale [min]",
+        "mean ±2σ of the curve, log scale [kt]",
         xscale="log",
         yscale="log",
         xlim=(0.62 * min(each.minutes for each in shown), last),

@@ -66,13 +66,20 @@ def _ground(airspeed: float, track: float, wind: np.ndarray) -> float:
     return float(along + np.sqrt(airspeed**2 - across**2))
 
 
-def make_card(seed: int, legs: int = 4, points: int = 5) -> Card:
+def make_card(seed: int, legs: int = 4, points: int = 5, loose: float = 0.0) -> Card:
+    """A card of one configuration. With `loose`, that share of the legs is flown some 25° off the
+    usual tracks, and each point has an order of its own.
+    """
     rng = np.random.default_rng(seed)
     correction = _curve(rng)
     speeds = np.linspace(75.0, 145.0, points) + rng.uniform(-3, 3, points)
     rng.shuffle(speeds)
     rows = _flown(
-        rng, [("clean", str(i + 1), v) for i, v in enumerate(speeds)], legs, {"clean": correction}
+        rng,
+        [("clean", str(i + 1), v) for i, v in enumerate(speeds)],
+        legs,
+        {"clean": correction},
+        loose,
     )
     return Card(rows, tuple(speeds), correction)
 
@@ -98,6 +105,7 @@ def _flown(
     points: Sequence[tuple[str, str, float]],
     legs: int,
     curves: Mapping[str, Correction],
+    loose: float = 0.0,
 ) -> tuple[CardLeg, ...]:
     """The legs of points, each with its configuration, its name and its airspeed [kt]."""
     height, day = rng.uniform(2000, 9000), rng.normal(0, 8)
@@ -107,7 +115,7 @@ def _flown(
     first = rng.uniform(0, 360)
     rows: list[CardLeg] = []
     for configuration, point, speed in points:
-        for leg in range(legs):
+        for leg in rng.permutation(legs) if loose else range(legs):
             local = wind + rng.normal(0, gust, 2)
             wind = wind + trend
             held = speed + rng.uniform(-2, 2)
@@ -115,6 +123,8 @@ def _flown(
             temperature = 288.15 - 0.0065 * altitude * FT + day
             airspeed = true_airspeed_kt(held, curves[configuration](held), altitude, temperature)
             track = (first + 360.0 / legs * leg + rng.normal(0, 4)) % 360.0
+            if loose and rng.random() < loose:
+                track = (track + rng.normal(0, 25)) % 360.0
             ground = _ground(airspeed, track * DEG, local)
             rows.append(
                 CardLeg(

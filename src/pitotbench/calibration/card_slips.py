@@ -23,6 +23,7 @@ from pitotbench.units import DEGREE, KNOT, Array, Booleans
 _SLIPS = 0.03  # of the legs of a card
 _KINDS = 5.0  # alike likely: three columns with a wrong digit, a reciprocal or exchanged, unknown
 _ELSEWHERE = -10.0  # ln of the density, per peak, of legs flown apart from the others: 1 in 500
+_PILOTS = 0.1  # such legs after which a card is expected to hold twice as many: pilots differ
 _OUT_OF_TURN = 1.5  # ln of how much less usual a track is where most points fly another in its turn
 _UNKNOWN = 20.0 * KNOT  # 1σ of a slip of no known kind
 _LOOKED_AT = 4.0  # ln of how unlikely a leg must be before other readings of it are tried
@@ -117,12 +118,16 @@ class _Card:
         in_turn = [self._tracks[self._turns == turn] for turn in range(max(turns) + 1)]
         self._usual_tracks = [_common_tracks(tracks, len(tracks)) for tracks in in_turn]
         off = np.abs(turn_between(self._tracks[:, None], self._middles))
-        slower = [self._speeds[own] - np.median(self._speeds[own]) for own in self._points.values()]
-        kept = off[off < _TIGHT * DEGREE], np.abs(np.concatenate(slower))
+        held = np.zeros(len(legs))
+        for rows in self._points.values():
+            held[rows] = np.abs(self._speeds[rows] - np.median(self._speeds[rows]))
+        kept = off[off < _TIGHT * DEGREE], held
         self._spreads = [
             max(least, float(np.median([*each, 0.0])) / _QUARTILE)
             for least, each in zip(_LEAST_SPREADS, kept, strict=True)
         ]
+        departures = np.stack([off.min(axis=1, initial=np.pi), held], axis=1) / self._spreads
+        self._apart = np.exp(_ELSEWHERE - np.logaddexp(_ELSEWHERE, -0.5 * departures**2))
         nobody = np.zeros(len(legs), dtype=np.bool_)
         self._oddness = np.array([-self._habit(i, [leg], nobody)[0] for i, leg in enumerate(legs)])
 
@@ -204,7 +209,8 @@ class _Card:
 
     def _habit(self, place: int, readings: Sequence[CardLeg], struck: Booleans) -> Array:
         """Return ln of how usual readings (m,) in the place of a leg are, (m,): their airspeed, and
-        their track, which is one that no other leg of the point has.
+        their track, which is one that no other leg of the point has. The more legs of the card are
+        flown apart from the usual, the less does one of them surprise.
         """
         own = self._points[self.legs[place].point]
         others = own[(own != place) & ~struck[own]]
@@ -220,7 +226,10 @@ class _Card:
         for usual in self._usual_tracks[self._turns[place]][:1]:
             late = np.abs(turn_between(tracks, usual)) > _TIGHT * DEGREE
         departures = off / np.array(self._spreads)[:, None]
-        usual = np.logaddexp(_ELSEWHERE, -0.5 * departures**2).sum(axis=0)
+        heard = ~struck & (np.arange(len(struck)) != place)
+        apart = self._apart[heard].sum(axis=0)[:, None]
+        elsewhere = _ELSEWHERE + np.log1p(apart / _PILOTS)
+        usual = np.logaddexp(elsewhere, -0.5 * departures**2).sum(axis=0)
         return np.asarray(usual - _OUT_OF_TURN * late)
 
     def _refusal(self, leg: CardLeg) -> str:

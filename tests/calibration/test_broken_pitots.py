@@ -123,6 +123,21 @@ def test_a_factor_that_a_unit_makes_as_well_names_both(factor, meaning, usable):
     assert any(meaning in each for each in found.scale.units)
 
 
+def test_only_a_format_tells_a_sensor_that_reads_half_from_knots():
+    """The two factors are 3 % apart, as far as an airplane's own error may be."""
+    log = shown(flown(), 2.0)
+    found = calibrate(log, CalibrationOptions())
+    assert not found.usable
+    (told,) = found.disagreements
+    causes = ("half of the airspeed (", "a GPS velocity in knots that is read as m/s (")
+    places = [told.words.index(each) for each in causes]
+    assert places == sorted(places)
+    assert "range setting" in told.words
+    fixed = calibrate(replace(log, header={UNITS_BY: {"velocity": "speed"}}), CalibrationOptions())
+    assert fixed.usable
+    assert any("half of the airspeed does so" in each for each in fixed.warnings)
+
+
 def test_a_factor_of_the_calibration_replaces_the_guess_of_the_reader(tmp_path):
     """One cause, one story: the reader's warning had lost the name of its check on the way."""
     columns = dict(generate(BASE, "circle", SEED).columns)

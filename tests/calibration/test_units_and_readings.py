@@ -9,7 +9,6 @@ import pytest
 from tests.calibration import trajectories as fixture
 
 from pitotbench import CalibrationOptions, air, read_log
-from pitotbench.bench.calibrations import calibrate_each
 from pitotbench.calibration import calibrate
 from pitotbench.cli import main
 from pitotbench.logbook.plausible_air import HEIGHT
@@ -117,17 +116,22 @@ def test_a_clean_factor_on_one_road_is_a_factor_and_no_zero(tmp_path):
 
 
 def slow_log(cell=BASE):
-    """The columns of a flight, each fourth row."""
-    return {name: column[::4] for name, column in generate(cell, "circle", SEED).columns.items()}
+    """The columns of a flight, each tenth row."""
+    return {name: column[::10] for name, column in generate(cell, "circle", SEED).columns.items()}
 
 
-def test_what_cannot_be_used_says_in_no_voice_what_to_add_or_to_set(tmp_path, capsys):
-    """Knots in columns of meters a second."""
+@pytest.fixture
+def knots(tmp_path):
+    """A log with knots in columns of meters a second."""
     columns = slow_log()
     for axis in ("north", "east"):
         columns[f"velocity_{axis}_mps"] = columns[f"velocity_{axis}_mps"] / KNOT
-    path, record, card = (tmp_path / name for name in ("log.csv", "record.html", "card.csv"))
-    write_csv(columns, path)
+    write_csv(columns, tmp_path / "log.csv")
+    return tmp_path / "log.csv"
+
+
+def test_what_cannot_be_used_says_in_no_voice_what_to_add_or_to_set(knots, tmp_path, capsys):
+    path, record, card = knots, tmp_path / "record.html", tmp_path / "card.csv"
     state = ["--params", "px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0"]
     assert main(["calibrate", str(path), "--record", str(record), "--card", str(card), *state]) == 0
     says = capsys.readouterr().out
@@ -139,11 +143,14 @@ def test_what_cannot_be_used_says_in_no_voice_what_to_add_or_to_set(tmp_path, ca
         assert "Parameters of" not in voice
         assert "ultiply the airspeed" not in voice
     assert "Do not use this answer" in card.read_text(encoding="utf-8")
-    (flight,) = calibrate_each([read_log(path)])
-    assert calibration_json(flight.calibration)["usable"] is False
-    assert str(flight.calibration).index("Do not use") < 200
+
+
+def test_what_cannot_be_used_says_so_in_python(knots):
+    answer = calibrate(read_log(knots), CalibrationOptions())
+    assert calibration_json(answer)["usable"] is False
+    assert str(answer).index("Do not use") < 200
     with pytest.raises(NoAnswerError, match="not to be used"):
-        autopilot_settings(flight.calibration, "px4")
+        autopilot_settings(answer, "px4")
 
 
 def test_a_column_that_moves_the_answer_is_a_doubt_in_every_voice(tmp_path):
@@ -154,7 +161,7 @@ def test_a_column_that_moves_the_answer_is_a_doubt_in_every_voice(tmp_path):
     found = []
     for columns in (wrong, right):
         write_csv(columns, tmp_path / "log.csv")
-        found.append(calibrate_each([read_log(tmp_path / "log.csv")])[0].calibration)
+        found.append(calibrate(read_log(tmp_path / "log.csv"), CalibrationOptions()))
     answer, curves = found[0], [each.curve for each in found]
     moved = np.interp(
         curves[0].indicated_airspeed, curves[1].indicated_airspeed, curves[1].correction

@@ -30,28 +30,28 @@ class ScaleLimits:
     gain: float = 0.5  # of a factor, in logarithms: where the gain makes less, it is a zero
     own: float = 0.02  # 2σ of an airplane's own position error, relative to a true airspeed
     dense: float = 0.04  # by which true and indicated airspeed must differ to be distinguished
-    told: float = 0.05  # odds from which another cause is named beside the factor
-    sure: float = 0.8  # odds of all mistakes of unit from which the answer is not to be used
+    told: float = (
+        0.05  # odds from which a cause counts: it is named, a sensor's own factor is usable
+    )
 
 
 LIMITS = ScaleLimits()
 # 1σ of the logarithm of a sensor's own factor: ARSPD_RATIO lies between 1.5 and 3 about 2.
 _SPREAD = 0.15
+# 1σ of the airplane's own error, which is in every factor: its 2σ is what is not reported.
+_OWN_ERROR = 0.5 * LIMITS.reported
+# Odds of each other cause against a sensor's own factor, before the log is looked at. It is a
+# judgment that one log in a hundred has it; none is known to be more frequent than another.
+_EACH = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class _Cause:
-    """Another cause of a factor: the factor that it makes with the 1σ of its logarithm, its odds
-    against a sensor's own factor before the log is looked at, and the units that must not be fixed.
-
-    The odds are a judgment: one column in a hundred is in another unit than it says.
-    """
+    """Another cause of a factor: the factor that it makes, and the units that must not be fixed."""
 
     words: str
     factor: float
     of: tuple[str, ...]  # of `FlightLog.units_by`; empty for a sensor, which no format fixes
-    odds: float = 0.01
-    spread: float = 0.5 * LIMITS.reported  # the airplane's own error is in the factor
 
 
 _AIR, _GPS = ("air_data",), ("velocity",)
@@ -67,10 +67,10 @@ CAUSES = (
     _Cause("a GPS velocity in m/s that is read as knots", 0.5144, _GPS),
     _Cause("a GPS velocity in miles per hour that is read as m/s", 2.2369, _GPS),
     _Cause("a GPS velocity in m/s that is read as miles per hour", 0.4470, _GPS),
-    _Cause("a sensor that shows half of the airspeed", 2.0, (), 0.001, 0.04),
-    _Cause("a sensor that shows half of the impact pressure", float(np.sqrt(2.0)), (), 0.01, 0.04),
+    _Cause("a sensor that shows half of the airspeed", 2.0, ()),
+    _Cause("a sensor that shows half of the impact pressure", float(np.sqrt(2.0)), ()),
 )
-_TRUE_AIRSPEED = 0.05  # odds of a true airspeed in the column of the indicated one, likewise
+_CHECK = "check the sensor's range setting, and its tube for a leak"
 _STEP = 1e-4  # of Δp/q_c, and Pa, for the derivative of the factor
 _OVER = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the impact pressures of the log
 
@@ -82,7 +82,7 @@ def with_scale(
     else of a fit of its own where it may be large.
 
     A large factor is reported with what else may make it. One that no sensor has and a mistake of
-    unit makes is not to be used.
+    unit may make is not to be used, as only one of its causes leaves the answer right.
     """
     if result.wind is None or any(each.code == BROKEN for each in result.warnings):
         return result  # what is broken explains a factor
@@ -93,20 +93,22 @@ def with_scale(
         scale = _refined(scale, log, options)
     if abs(scale.factor - 1.0) <= scale.two_sigma:
         return replace(result, scale=scale)
-    odds = _odds(result, scale, log)
-    # A true airspeed is not among them: with its factor the airspeed is right at this height.
-    units = sum(share for cause, share in odds if cause.of and cause in CAUSES)
+    own, odds = _odds(result, scale, log)
     told = [each for each in odds if each[1] >= LIMITS.told]
     named = [f"{cause.words} ({100.0 * share:.0f} %)" for cause, share in told]
     meant = tuple(cause.words for cause, _ in told if cause.of)
     result = replace(result, scale=replace(scale, units=meant))
+    # A true airspeed is not among them: with its factor the airspeed is right at this height.
+    mistaken = own < LIMITS.told and any(cause.of and cause in CAUSES for cause, _ in told)
     # One cause, one story: a unit explains the size of the curve as well.
-    told_by = (SPEED_FACTOR, *(["curve size"] if units > LIMITS.sure else []))
+    told_by = (SPEED_FACTOR, *(["curve size"] if mistaken else []))
     others = tuple(each for each in result.warnings if each.code not in told_by)
-    if units > LIMITS.sure:
+    sensors = [cause.words for cause, _ in told if not cause.of]
+    if mistaken:
         reported = (
             f"the airspeed reads {1.0 / scale.factor:.2f} times the right one, which is "
             f"{' or '.join(named)}: name the column by its unit"
+            f"{f' or {_CHECK}' if sensors else ''}"
         )
         finding = Disagreement("scale", reported, 0.0, fatal=True)
         return replace(result, disagreements=(finding, *result.disagreements), warnings=others)
@@ -115,7 +117,7 @@ def with_scale(
         words = [each for each, (cause, _) in zip(named, told, strict=True) if cause.of]
         if words:
             says = f"{says}. {words[0][0].upper()}{' or '.join(words)[1:]} does so as well"
-        says += "".join(_half(cause) for cause, _ in told if not cause.of)
+        says += "".join(f". {each.capitalize()} does so: {_CHECK}" for each in sensors)
         caution = Caution(says, "scale", size=scale.factor)
         result = replace(result, warnings=(caution, *others))
     return result
@@ -166,26 +168,24 @@ def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale
     return Scale(float(np.mean(here)), float(np.hypot(bound, 0.5 * np.ptp(here))))
 
 
-def _odds(result: Calibration, scale: Scale, log: FlightLog) -> list[tuple[_Cause, float]]:
-    """The probability of each other cause of such a factor, the greatest first. What a recorder's
-    format fixes is none.
+def _odds(
+    result: Calibration, scale: Scale, log: FlightLog
+) -> tuple[float, list[tuple[_Cause, float]]]:
+    """The probability of a sensor's own factor, and of each other cause of such a factor, the
+    greatest first. What a recorder's format fixes is none.
     """
     by = log.units_by
     free = {name for name, what in by.items() if what in (NAMED, GUESSED)}
     causes = [each for each in CAUSES if free.issuperset(each.of)]
     if "air_data" in free:
         causes += _true_airspeed(result, log)
-    off = [np.log(scale.factor / each.factor) for each in causes]
     unsure = 0.5 * scale.two_sigma / scale.factor
-    spreads = [float(np.hypot(each.spread, unsure)) for each in causes]
-    weights = [
-        each.odds * _density(distance, spread)
-        for each, distance, spread in zip(causes, off, spreads, strict=True)
-    ]
+    spread = float(np.hypot(_OWN_ERROR, unsure))
+    weights = [_EACH * _density(np.log(scale.factor / each.factor), spread) for each in causes]
     own = _density(np.log(scale.factor), float(np.hypot(_SPREAD, unsure)))
     whole = own + sum(weights)
     found = [(each, weight / whole) for each, weight in zip(causes, weights, strict=True)]
-    return sorted(found, key=lambda pair: -pair[1])
+    return own / whole, sorted(found, key=lambda pair: -pair[1])
 
 
 def _density(distance: float, spread: float) -> float:
@@ -211,7 +211,7 @@ def _true_airspeed(result: Calibration, log: FlightLog) -> list[_Cause]:
     words = (
         f"a true airspeed in the column of the indicated one (the air density makes {dense:.3f})"
     )
-    return [_Cause(words, dense, _AIR, _TRUE_AIRSPEED)]
+    return [_Cause(words, dense, _AIR)]
 
 
 def _factor_words(scale: Scale) -> str:
@@ -233,7 +233,3 @@ def _settings(result: Calibration, scale: Scale) -> str:
     return f"; as ARSPD_RATIO the old one times {scale.factor**2:.3f}, as ASPD_SCALE times " + (
         f"{scale.factor:.3f}"
     )
-
-
-def _half(cause: _Cause) -> str:
-    return f". {cause.words.capitalize()} does so: check its range setting, and its tube for a leak"

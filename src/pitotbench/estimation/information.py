@@ -208,7 +208,7 @@ def inverse(matrix: Array, least: float = ROUNDING) -> Array:
     diagonal = np.diag(matrix)
     scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
     powers, axes = np.linalg.eigh(matrix * (scale[:, None] * scale))
-    known = powers > least * powers[-1]
+    known = powers > least * np.max(powers, initial=0.0)
     return np.asarray(
         (axes[:, known] / powers[known]) @ axes[:, known].T * (scale[:, None] * scale)
     )

@@ -11,11 +11,11 @@ from tests.calibration import trajectories as fixture
 
 from pitotbench import BadInputError, FlightLog, calibrate, read_log, reconcile, write_log
 from pitotbench.bench import workflow
-from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.bench.folder_logs import calibrate_folder
 from pitotbench.browser.work import Request, answer
 from pitotbench.cli.app import main
 from pitotbench.logbook.same_flight import distinct, recorders
+from pitotbench.records.calibration_request import NamedFile
 
 # Several voices of one answer are looked at: each log is fitted once.
 pytestmark = pytest.mark.usefixtures("one_fit_of_each_log")

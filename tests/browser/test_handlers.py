@@ -22,18 +22,18 @@ from tests.browser import questions
 from tornado.httpclient import AsyncHTTPClient, HTTPResponse
 from tornado.websocket import websocket_connect
 
-from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.browser import server as page_server
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
 from pitotbench.browser.words import state_of
-from pitotbench.browser.work import FLAGS, Found, Request, draft, find_flights, reduce_legs
+from pitotbench.browser.work import SETTINGS, Found, Request, draft, find_flights, reduce_legs
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
 from pitotbench.cli.app import command_line
 from pitotbench.logbook import bundle
 from pitotbench.records import BadInputError
+from pitotbench.records.calibration_request import NamedFile
 from pitotbench.records.log import FlightSummary
 from pitotbench.show.reader_units import BENCH
 
@@ -396,7 +396,7 @@ def test_the_desk_outlives_the_tab() -> None:
         desk = Desk(Store(), Recorder())  # type: ignore[arg-type]
         desk.found = [found("<img src=x>.csv"), found("b.csv", "is empty")]
         desk.choose([0])
-        flags = dict.fromkeys(FLAGS, "") | {"begin": "1:00", "model": "quadratic"}
+        flags = dict.fromkeys(SETTINGS, "") | {"begin": "1:00", "model": "quadratic"}
         act(desk, {"what": "flags", "flags": flags, "without": "3:00-4:00, 5:00-6:00"})
         act(desk, {"what": "show", "unit": "kmh", "leave_out": True})
         state = state_of(desk)
@@ -404,8 +404,8 @@ def test_the_desk_outlives_the_tab() -> None:
         assert state["without"] == ["3:00-4:00", "5:00-6:00"]
         assert state["flights"]["rows"][0][0] == "<img src=x>.csv"
         assert state["command"] == (
-            "pitotbench calibrate '<img src=x>.csv' --from 1:00 --model quadratic "
-            "--without 3:00-4:00 --without 5:00-6:00 --units km/h,ft,degc,inhg"
+            "pitotbench calibrate '<img src=x>.csv' --from 1:00 "
+            "--without 3:00-4:00 --without 5:00-6:00 --model quadratic --units km/h,ft,degc,inhg"
         )
         act(desk, {"what": "choose", "places": [1]})
         assert state_of(desk)["refusal"] == "b.csv: not read: is empty"
@@ -601,20 +601,19 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
     book = NamedFile(Path("/tmp/2.csv"), "poh.csv")
     asked = Request(
         mapping,
-        book,
         "1:00",
         "2:00",
+        handbook=book,
         logs=(log,),
-        model="auto",
-        accuracy="none",
+        options=(("model", "auto"), ("accuracies", "none")),
         temperature_c="18±2@ground",
         parameters="px4",
         airspeed_sensor="2",
     )
     assert asked.command(BENCH) == (
-        "pitotbench calibrate 'my log.csv' --mapping m.toml --handbook poh.csv --from 1:00 --to "
-        "2:00 --model auto --accuracy none --temperature-c '18±2@ground' --params px4 "
-        "--airspeed-sensor 2"
+        "pitotbench calibrate 'my log.csv' --mapping m.toml --from 1:00 --to 2:00 --params px4 "
+        "--handbook poh.csv --airspeed-sensor 2 --temperature-c '18±2@ground' --model auto "
+        "--accuracy none"
     )
     assert asked.file_name("-card-kt.csv") == "my log-from-1m00-to-2m00-card-kt.csv"
 

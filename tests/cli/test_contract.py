@@ -2,6 +2,9 @@
 
 import json
 import re
+import subprocess
+import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +14,7 @@ from tests.calibration import trajectories as fixture
 import pitotbench
 from pitotbench import write_log
 from pitotbench.cli import shared_flags
-from pitotbench.cli.app import main
+from pitotbench.cli.app import COMMANDS, main
 from pitotbench.records.linear_model import LinearModel, Mode
 from pitotbench.records.performance import Performance
 from pitotbench.show.inspection import performance_json
@@ -24,6 +27,34 @@ PAGE = (Path(__file__).parents[2] / "docs" / "contract.md").read_text(encoding="
 ANSWERS = {
     row[0]: re.findall(r"`(\w+)`", row[1])
     for row in re.findall(r"^\| (`[^|]+) \| ([^|]+) \|$", PAGE.partition("## JSON")[2], re.M)
+}
+
+_FIRST = {  # the arguments and flags of version 1.0.0
+    "fly": "case -o --out --truth",
+    "calibrate": "logs --model --mapping --from --to --without --temperature-c --airspeed-sensor "
+    "--accuracy --set --mach-max --ground-speed-min-kt --on-condition --no-down "
+    "--no-altitude --method --error-location --wind --latency --all-rows --separately -v "
+    "--verbose --limit --params -o --handbook --card --report --record --table --units "
+    "--json",
+    "compare": "first second --mapping --accuracy --json --report --units --model --card --tolerance",
+    "inspect": "log --mapping --airspeed-sensor --units --json --report",
+    "map": "log -o --out",
+    "fixed-speed": "logs --mapping --accuracy --set --table --units --json --ground-speed-kt --track-deg "
+    "--sheet",
+    "aircraft": "action aircraft --maneuver --seed --report --handbook --linear --json --units --out "
+    "--configuration",
+    "campaign": "plan --maneuver --das --model --method --turbulence --wind-kt --wind-from-deg "
+    "--units --pilot --aircraft --seeds --log-format --out --jobs --scheduler --security "
+    "--shard --time-limit --memory-limit --keep-logs --no-report --retry-failed "
+    "--progress --dry-run",
+    "results": "folders --where --state --columns --by --limit --draw --page --out",
+    "open": "logs --port --no-browser",
+    "reconcile": "log --aircraft --holdout --mapping --from --to --without --record --units --json "
+    "--card --no-next-flight --terms --apply --close --no-cache -v --verbose --out",
+    "plan": "--das --turbulence --wind-kt --wind-from-deg --units --json --speeds-kt "
+    "--error-location --receiver-height-m --vertical-velocity --minutes --want-kt "
+    "--box-nm --maneuver --aircraft --draws --search --by-hand --sheet --out",
+    "completion": "shell",
 }
 
 
@@ -134,3 +165,66 @@ def test_the_linear_model_of_an_airplane_has_the_keys():
     )
     require_keys("`aircraft performance --linear`", told)
     require_keys("`aircraft performance --linear`, in `modes`", *told["modes"])
+
+
+def test_every_argument_and_flag_of_the_first_version_is_still_there():
+    lost = {}
+    for row in COMMANDS:
+        now = {name for each in import_module(row.module).FLAGS for name in each.names}
+        lost[row.name] = {*_FIRST[row.name].split()} - now
+    assert {*lost} == {*_FIRST}
+    assert {name: words for name, words in lost.items() if words} == {}
+
+
+_ONE_FIELD = """
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from pitotbench.records import calibration_request as asked
+
+@dataclass(frozen=True, slots=True)
+class More(asked.CalibrationChoices):
+    static_lag: float = asked.option(0.0, "--static-lag-ms", "lag of the static line", "ms", type=float)
+    no_ram: bool = asked.option(False, "--no-ram", "without the ram rise")
+
+asked.CalibrationChoices = More  # as if its fields stood there
+
+from pitotbench.bench import calibrations
+from pitotbench.browser import work
+from pitotbench.calibration.options import CalibrationOptions, choices_of
+from pitotbench.cli import app
+from pitotbench.cli.shared_flags import stated_choices
+from pitotbench.records.log import Choice
+from pitotbench.show.reader_units import BENCH
+
+parser = app.command_line()
+given = parser.parse_args(["calibrate", "a.csv", "--static-lag-ms", "250", "--no-ram"])
+flags = stated_choices(given)
+assert flags == {"static_lag": 0.25, "no_ram": True}, flags
+options = calibrations.options_of((), None, **flags)  # the keywords of Python
+assert options.static_lag == 0.25 and options.no_ram
+record = calibrations.settings_of(options, flags, ())
+assert Choice("static_lag", "250 ms", "stated") in record, record
+assert Choice("no_ram", "yes", "stated") in record, record
+told = dict.fromkeys(work.SETTINGS, "") | {"static_lag": "250", "no_ram": "yes"}
+page = work.Request(logs=(asked.NamedFile(Path("a.csv"), "a.csv"),), **work.fields_of(told))
+line = page.command(BENCH)
+assert line == "pitotbench calibrate a.csv --static-lag-ms 250 --no-ram", line
+assert choices_of(dict(page.options)) == flags
+from pitotbench.browser.words import settings_told
+shown = settings_told()["static_lag"]
+assert (shown["flag"], shown["unit"]) == ("--static-lag-ms", "ms"), shown
+parser.parse_args(["calibrate", "--help"])
+"""
+
+
+def test_an_option_of_the_calibration_is_one_field_of_its_record():
+    """Two fields more, and no other line: they are flags with help and unit, keywords of Python,
+    settings of the page, and lines of the record.
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", _ONE_FIELD], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "lag of the static line [ms]" in " ".join(done.stdout.split())
+    assert "without the ram rise" in done.stdout

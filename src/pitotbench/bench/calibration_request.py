@@ -1,9 +1,7 @@
-"""A calibration as the page of `open` and the command ask for it: files, how they are read, and
-what the record says of both.
-"""
+"""A calibration as the page of `open` and the command ask for it, and what the record says of it."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,71 +15,35 @@ from pitotbench.bench.calibrations import (
 from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import CalibratedFlight, PublishedCurve
+from pitotbench.records.calibration_request import FILES, CalibrationRequest, NamedFile, Reading
 from pitotbench.records.log import Choice, FlightLog
 
 
-@dataclass(frozen=True, slots=True)
-class NamedFile:
-    """A file, and the name by which the user knows it."""
-
-    path: Path
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class CalibrationRequest:
-    """What is asked in addition to the logs, in the texts of the flags of `calibrate`; empty where
-    not stated.
-
-    The path of `mapping` is a file or a shipped name.
-    """
-
-    mapping: NamedFile | None = None
-    handbook: NamedFile | None = None
-    begin: str = ""
-    end: str = ""
-    without: tuple[str, ...] = ()
-    limit: str = ""
-    parameters: str = ""
-    airspeed_sensor: str = ""
-    temperature_c: str = ""
-
-    def reading_choices(self) -> list[Choice]:
-        """Return how a log is read as choices, in the order of the record."""
-        texts = {
-            "mapping": (self.mapping.name if self.mapping else "", "as recognized"),
-            "from": (self.begin, "the first row"),
-            "to": (self.end, "the last row"),
-            "without": (", ".join(self.without), "none"),
-        }
-        return _as_choices(texts)
-
-    def choices(self) -> list[Choice]:
-        """Return all texts as choices, in the order of the record."""
-        texts = {
-            "limit": (self.limit, "auto"),
-            "params": (self.parameters, "none"),
-            "handbook": (Path(self.handbook.name).name if self.handbook else "", "none"),
-            "airspeed_sensor": (self.airspeed_sensor, "the first"),
-            "temperature_c": (self.temperature_c, "as logged, else a standard day"),
-        }
-        return [*self.reading_choices(), *_as_choices(texts)]
-
-    def sources(self) -> list[Source]:
-        """Return the mapping as a source for the record; nothing for a shipped one or for none."""
-        path = self.mapping.path if self.mapping else None
-        return [("mapping", path, None)] if path is not None and path.is_file() else []
-
-    def published(self) -> tuple[PublishedCurve, ...]:
-        """Return the curves of the handbook. Raises BadInputError for another table."""
-        if self.handbook is None:
-            return ()
-        name = Path(self.handbook.name).name
-        return tuple(replace(each, source=name) for each in published_of(self.handbook.path))
+def choices_made(asked: Reading) -> list[Choice]:
+    """Return what is asked of a log as choices, by the names of the flags, for the record."""
+    return [
+        flag_choice(
+            each.metadata["flag"].strip("-").replace("-", "_"),
+            # Of a file the name alone: its folder is nobody's business.
+            ", ".join(Path(text).name if each.name in FILES else text for text in texts) or None,
+            each.metadata["usual"],
+        )
+        for each, texts in asked.texts()
+    ]
 
 
-def _as_choices(texts: Mapping[str, tuple[str, str]]) -> list[Choice]:
-    return [flag_choice(name, text or None, usual) for name, (text, usual) in texts.items()]
+def mapping_sources(asked: Reading) -> list[Source]:
+    """Return the mapping as a source for the record; nothing for a shipped one or for none."""
+    path = asked.mapping.path if asked.mapping else None
+    return [("mapping", path, None)] if path is not None and path.is_file() else []
+
+
+def published_by(asked: CalibrationRequest) -> tuple[PublishedCurve, ...]:
+    """Return the curves of the handbook. Raises BadInputError for another table."""
+    if asked.handbook is None:
+        return ()
+    name = Path(asked.handbook.name).name
+    return tuple(replace(each, source=name) for each in published_of(asked.handbook.path))
 
 
 def calibrate_request(
@@ -106,9 +68,9 @@ def calibrate_request(
         logs,
         None,
         str(asked.mapping.path) if asked.mapping else None,
-        [*sources_of("log", [each.path for each in files], logs), *asked.sources()],
-        asked.choices(),
-        asked.published(),
+        [*sources_of("log", [each.path for each in files], logs), *mapping_sources(asked)],
+        choices_made(asked),
+        published_by(asked),
         first=first,
         names=[each.name for each in files],
         **choices,

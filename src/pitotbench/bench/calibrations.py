@@ -324,11 +324,13 @@ def settings_of(
     """Return every option of a calibration but the accuracies, which the answer holds, with who
     chose it.
     """
-    from pitotbench.units import KNOT
+    from pitotbench.units import SUFFIXES
 
     values = {f.name: getattr(options, f.name) for f in fields(options) if f.name != "accuracies"}
-    values["ground_speed_min"] = f"{options.ground_speed_min / KNOT:g} kt"
-    values["gps_latency"] = f"{options.gps_latency:g} s"
+    for name, suffix in ((f.name, f.metadata.get("unit")) for f in fields(options)):
+        if suffix and values[name] is not None:
+            unit = SUFFIXES[suffix]
+            values[name] = f"{values[name] / unit.factor:g} {unit.symbol}"
     by = {**dict.fromkeys(advised, "mapping"), **dict.fromkeys(stated, "stated")}
     plain = {"True": "yes", "False": "no", "None": "none"}
     return [Choice(n, plain.get(str(v), str(v)), by.get(n, "default")) for n, v in values.items()]

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.browser.uploads import Store
 from pitotbench.browser.work import (
     Answer,
@@ -26,6 +25,7 @@ from pitotbench.browser.work import (
 )
 from pitotbench.browser.workers import Workers
 from pitotbench.logbook.bundle import ZIP
+from pitotbench.records.calibration_request import NamedFile
 from pitotbench.records.log import FlightSummary
 from pitotbench.show.reader_units import reader_units
 
@@ -141,8 +141,7 @@ class Desk:
                 Request(
                     logs=tuple(dict.fromkeys(each.log for each in chosen)),
                     handbook=self.handbook,
-                    model=old.model,
-                    accuracy=old.accuracy,
+                    options=old.options,
                     temperature_c=old.temperature_c,
                     parameters=chosen[0].autopilot,
                 )
@@ -172,7 +171,7 @@ class Desk:
         log = self.found[self.chosen[0]].log
         text = mapping_of(self.draft, f"drafted from {log.name}")
         mapping = self.store.write("mapping.toml", text)
-        self._answer(Request(mapping, self.handbook, logs=(log,)))
+        self._answer(Request(mapping, handbook=self.handbook, logs=(log,)))
 
     def change(self, **flags: Any) -> None:
         """Change flags of the request, such as `begin`, and ask again."""
@@ -207,7 +206,7 @@ class Desk:
             self._heard_of_legs,
             reduce_legs,
             self._card.path,
-            getattr(self.request, "accuracy", ""),
+            (self.request or Request()).setting("accuracies"),
         )
 
     def _heard_of_legs(self, name: str, reply: Any) -> None:

@@ -27,7 +27,7 @@ from pitotbench.browser.desk import Desk
 from pitotbench.browser.page import open_document, own_folder
 from pitotbench.browser.uploads import MOST_BYTES, Store, Upload
 from pitotbench.browser.words import UNITS
-from pitotbench.browser.work import FLAGS
+from pitotbench.browser.work import SETTINGS, fields_of
 from pitotbench.browser.workers import Workers
 from pitotbench.records import BadInputError
 
@@ -57,9 +57,9 @@ def act(desk: Desk, choice: dict[str, Any]) -> None:
         case {"what": "compare", "place": int(place)}:
             desk.compare(place)
         case {"what": "flags", "flags": flags, "without": str(without)}:
-            stated = {name: str(flags[name]).strip() for name in FLAGS}
+            stated = {name: str(flags[name]).strip() for name in SETTINGS}
             spans = tuple(span.strip() for span in without.split(",") if span.strip())
-            desk.change(**stated, without=spans)
+            desk.change(**fields_of(stated), without=spans)
         case {"what": "show", "unit": unit, "leave_out": bool(leave_out)} if unit in UNITS:
             desk.units, desk.leave_out = replace(desk.units, speed=unit), leave_out
             desk.tell()

@@ -11,11 +11,11 @@ from urllib.parse import unquote
 
 from tornado.web import HTTPError, RequestHandler, stream_request_body
 
-from pitotbench.bench.calibration_request import NamedFile
 from pitotbench.logbook.bundle import ZIP
 from pitotbench.logbook.formats import FORMATS, READ_ONLY, TOPIC_READERS
 from pitotbench.logbook.mapping import find_mapping, shipped
 from pitotbench.records import BadInputError
+from pitotbench.records.calibration_request import NamedFile
 from pitotbench.records.outputs import lock
 
 MOST_BYTES = 500 << 20  # of a file

@@ -3,7 +3,7 @@ of the desk. The page puts them in as text, never as HTML.
 """
 
 from pitotbench.browser.desk import Desk
-from pitotbench.browser.work import FLAGS, Plain
+from pitotbench.browser.work import SETTINGS, Plain, Request
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
@@ -20,6 +20,7 @@ _KINDS = ("page", "card", "record", "parameters", "mapping", "json")  # to take 
 def state_of(desk: Desk) -> Plain:
     """All that the page says now, ready for JSON."""
     asked = desk.request
+    stated = asked or Request()
     return {
         "status": desk.status,
         "refusal": desk.refusal,
@@ -31,8 +32,9 @@ def state_of(desk: Desk) -> Plain:
         "several": any(desk.found[i].several for i in desk.chosen),
         "unit": desk.units.speed,
         "leave_out": desk.leave_out,
-        "flags": {name: getattr(asked, name, "") for name in FLAGS},
-        "without": list(getattr(asked, "without", ())),
+        "flags": {name: stated.setting(name) for name in SETTINGS},
+        "without": list(stated.without),
+        "settings": settings_told(),
         "choices": {
             "model": ["", *MODELS, "auto"],
             "autopilot": [*AUTOPILOTS],
@@ -42,6 +44,19 @@ def state_of(desk: Desk) -> Plain:
         "answer": _answer(desk),
         "draft": _draft(desk),
         "legs": desk.legs,
+    }
+
+
+def settings_told() -> Plain:
+    """Each setting of the page by name: its flag, its help and its unit; and whether it is a switch."""
+    return {
+        name: {
+            "flag": each.metadata["flag"],
+            "unit": each.metadata["unit"],
+            "help": each.metadata["settings"]["help"],
+            "switch": isinstance(each.default, bool),
+        }
+        for name, each in SETTINGS.items()
     }
 
 

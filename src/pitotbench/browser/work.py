@@ -4,13 +4,18 @@ a reply is, as the desk calls it, and the reply itself.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from pitotbench.bench.calibration_request import CalibrationRequest, NamedFile
 from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight, Calibration
+from pitotbench.records.calibration_request import (
+    CalibrationChoices,
+    CalibrationRequest,
+    NamedFile,
+    asked_fields,
+)
 from pitotbench.records.log import FlightLog, FlightSummary
 from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
@@ -26,50 +31,67 @@ NEEDED = (  # modules that an answer loads, which are slow to load
     "pitotbench.calibration.leg_points", "pitotbench.logbook.autopilot",
     "pitotbench.logbook.drafting", "pitotbench.show.deliverables",
 )  # fmt: skip
-FLAGS = {  # of `pitotbench calibrate`, by the field of a request
-    "begin": "--from", "end": "--to", "model": "--model", "accuracy": "--accuracy",
-    "temperature_c": "--temperature-c", "parameters": "--params",
-    "airspeed_sensor": "--airspeed-sensor",
-}  # fmt: skip
+# What the page asks in words, by name. The files are dropped, minutes are brushed too, and the page
+# judges by the usual limit.
+SETTINGS = {
+    each.name: each
+    for each in asked_fields(CalibrationRequest, CalibrationChoices)
+    if each.name not in ("mapping", "handbook", "without", "limit")
+}
 _SHOWN_VALUES = 3  # of a column in the draft of a mapping
 
 
 @dataclass(frozen=True, slots=True)
 class Request(CalibrationRequest):
-    """What an answer is asked from: the logs, and what else the command is asked."""
+    """What an answer is asked from: the logs, what else the command is asked, and the options of the
+    calibration that are stated, by name.
+    """
 
     logs: tuple[NamedFile, ...] = ()
-    model: str = ""
-    accuracy: str = ""
+    options: tuple[tuple[str, str], ...] = ()
 
     @property
     def reading(self) -> "Request":
         """What of it says how a log is read and cut."""
         stated = self.parameters if "," in self.parameters else ""  # old ones
-        return replace(self, logs=(), handbook=None, model="", accuracy="", parameters=stated)
+        return replace(self, logs=(), handbook=None, options=(), parameters=stated)
 
     @property
     def whole(self) -> "Request":
         """What of it says how a log is read."""
         return replace(self.reading, begin="", end="", without=())
 
+    def setting(self, name: str) -> str:
+        """The text of one of `SETTINGS`; empty where it is not stated."""
+        return str(getattr(self, name, dict(self.options).get(name, "")))
+
     def command(self, units: Units) -> str:
         """The command that gives the same answer in the same units."""
-        files = {"--mapping": self.mapping, "--handbook": self.handbook}
-        stated = [
-            *((flag, file.name) for flag, file in files.items() if file is not None),
-            *((flag, text) for name, flag in FLAGS.items() if (text := getattr(self, name))),
-            *(("--without", span) for span in self.without),
-            *([("--units", units.words)] if units != reader_units() else []),
-        ]
+        asked = [*self.texts(), *((SETTINGS[name], [text]) for name, text in self.options)]
         words = ["pitotbench", "calibrate", *(each.name for each in self.logs)]
-        return command_line([*words, *(part for each in stated for part in each)])
+        for each, texts in asked:
+            switch = isinstance(each.default, bool)
+            for text in texts:
+                words += [each.metadata["flag"], *([] if switch else [text])]
+        words += ["--units", units.words] if units != reader_units() else []
+        return command_line(words)
 
     def file_name(self, ending: str) -> str:
         """The name of a file with the answer: that of the first log, and the minutes used."""
         spans = [("from", self.begin), ("to", self.end), *(("without", s) for s in self.without)]
         span = "".join(f"-{word}-{text.replace(':', 'm')}" for word, text in spans if text)
         return f"{Path(self.logs[0].name).name.partition('.')[0]}{span}{ending}"
+
+
+def fields_of(settings: Mapping[str, str]) -> Plain:
+    """Return the fields of a request that state the texts of all `SETTINGS`."""
+    own = {each.name for each in fields(Request)}
+    return {
+        **{name: text for name, text in settings.items() if name in own},
+        "options": tuple(
+            (name, text) for name, text in settings.items() if text and name not in own
+        ),
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,10 +276,9 @@ def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
     not known yet, tell what is done, and the curve as soon as it is.
     """
     from pitotbench.bench.calibration_request import calibrate_request
-    from pitotbench.calibration.options import parse_accuracies
+    from pitotbench.calibration.options import choices_of
 
-    stated = {"model": request.model, "accuracies": parse_accuracies(request.accuracy)}
-    choices: dict[str, Any] = {name: value for name, value in stated.items() if value}
+    choices = choices_of(dict(request.options))
     logs = [_part(each.path, request.reading) for each in request.logs]
     tell("status", f"fitting {sum(map(len, logs)):,} rows")
 

@@ -2,7 +2,7 @@
 show.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from math import inf, isfinite
 from types import MappingProxyType
@@ -13,6 +13,9 @@ from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import SMOOTH, SmoothModel
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Assumption
+from pitotbench.records.calibration_request import CalibrationChoices, asked_fields
+from pitotbench.records.calibration_request import Unstated as Unstated
+from pitotbench.units import SUFFIXES
 
 # K, 2σ: departure of a day from the standard one, for a log without temperature. Five days of
 # measured logs were +9.8, +10.7, 0, −4 and −1 K off; it allows for so few.
@@ -292,16 +295,8 @@ LATENCIES = ("given", "checked", "estimated")
 LONGEST_LATENCY = 10.0  # s: receivers are late by tenths of a second; more is another unit
 
 
-class Unstated(str):
-    """A choice that nobody stated, such as that of the published figures: it equals its text, and
-    gives way to what a mapping advises and to the defaults of who asks.
-    """
-
-    __slots__ = ()
-
-
 @dataclass(frozen=True, slots=True)
-class CalibrationOptions:
+class CalibrationOptions(CalibrationChoices):
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
     model: name in the table of pressure-error models; `auto` is `smooth`.
@@ -330,23 +325,6 @@ class CalibrationOptions:
     Raises BadInputError or UnknownNameError for a choice that does not exist, and for a limit or
     latency that no log can have.
     """
-
-    model: str = "inverse+"
-    method: str = "covering"
-    error_location: str = AUTO
-    use_down: bool = True
-    use_altitude: bool = True
-    on_condition: bool = False
-    mach_max: float | None = None
-    ground_speed_min: float = 0.0
-    wind_down: bool = False
-    recovery_factor: float = 1.0
-    wind: str = Unstated("constant")
-    gps_latency: float = 0.0
-    latency: str = Unstated("given")
-    robust: bool = True
-    accuracies: Stated = None
-    priors: StatedPriors = None
 
     def __post_init__(self) -> None:
         require_model(self.model)
@@ -401,7 +379,49 @@ def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:
             raise BadInputError(explain("calibration option", name, list(kinds)))
         kind: Any = kinds[name]
         whole = isinstance(value, int) and not isinstance(value, bool)  # as good as a float
-        if kind not in (Stated, StatedPriors) and not isinstance(1.0 if whole else value, kind):
+        if kind is not Any and not isinstance(1.0 if whole else value, kind):
             wanted = {str: "a text", bool: "true or false"}.get(kind, "a number")
             raise BadInputError(f"calibration option {name}: give {wanted}, not {value!r}")
     return CalibrationOptions(**choices)
+
+
+def _latency(text: str) -> dict[str, object]:
+    if text in LATENCIES[1:]:
+        return {"latency": text}
+    try:
+        return {"gps_latency": float(text), "latency": "given"}
+    except ValueError as error:
+        raise BadInputError(
+            f"--latency {text!r}: give seconds, or {' or '.join(LATENCIES[1:])}"
+        ) from error
+
+
+_READ: dict[str, Callable[[str], dict[str, object]]] = {  # what is neither text nor number
+    "latency": _latency,
+    "accuracies": lambda text: {"accuracies": parse_accuracies(text)},
+    "priors": lambda text: {"priors": parse_priors(text)},
+}
+
+
+def choices_of(texts: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the choices by name that texts state, as the flags take them, a text or None for each
+    option; a switch is any text. Raises BadInputError for a text that cannot be read.
+    """
+    found: dict[str, Any] = {}
+    for each in asked_fields(CalibrationChoices):
+        text, read = texts.get(each.name), _READ.get(each.name)
+        if text is None:
+            continue
+        if read is not None:
+            found |= read(text)
+        elif isinstance(each.default, bool):
+            found[each.name] = not each.default
+        elif each.type is str:
+            found[each.name] = text
+        else:
+            unit = each.metadata["unit"]
+            try:
+                found[each.name] = float(text) * (SUFFIXES[unit].factor if unit else 1.0)
+            except ValueError as error:
+                raise BadInputError(f"{each.metadata['flag']} {text!r}: give a number") from error
+    return found

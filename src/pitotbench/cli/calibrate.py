@@ -1,34 +1,35 @@
 """`pitotbench calibrate`: find the error curve and the wind of one log or of several."""
 
 import argparse
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
+    asked_flags,
     flag,
     read_logs,
     require_page,
     require_table,
     say,
     shared,
-    stated_assumptions,
+    stated_choices,
     stated_part,
-    stated_reading,
+    stated_request,
     tell,
     write_page,
     write_table,
 )
 from pitotbench.records import BadInputError
+from pitotbench.records.calibration_request import (
+    CalibrationChoices,
+    CalibrationRequest,
+    NamedFile,
+)
 
 if TYPE_CHECKING:
-    from pitotbench.bench.calibration_request import CalibrationRequest
     from pitotbench.records.calibration import CalibratedFlight
     from pitotbench.records.log import FlightLog
-
-_CHOICES = ("model", "method", "error_location", "mach_max", "wind")
-_NAMED_LATENCIES = ("checked", "estimated")
 
 
 FLAGS = (
@@ -39,32 +40,7 @@ FLAGS = (
         metavar="LOG",
         help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
     ),
-    flag("--model", help="pressure-error model (default: the mapping's, else smooth)"),
-    *shared("mapping", "part", "temperature", "sensor", "accuracy", "priors"),
-    flag("--mach-max", type=float, help="leave out rows above this Mach number"),
-    flag("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]"),
-    flag("--on-condition", action="store_true", help="use only rows flagged on condition"),
-    flag("--no-down", action="store_true", help="do not use the vertical GPS velocity"),
-    flag("--no-altitude", action="store_true", help="do not use the height by GPS"),
-    flag("--method", help="covering or paper (default: covering)"),
-    flag(
-        "--error-location",
-        help="auto (by GPS height where the log has it), static, total or impact (as published) "
-        "(default: the "
-        "mapping's, else auto)",
-    ),
-    flag(
-        "--wind",
-        help="constant, checked (constant or changing, averaged by evidence; drifting in a long "
-        "flight), linear "
-        "(in time and height) or drifting (default: checked)",
-    ),
-    flag(
-        "--latency",
-        help="seconds by which GPS velocity trails the air data, or `estimated` from the log, or `checked` "
-        "(default)",
-    ),
-    flag("--all-rows", action="store_true", help="keep faulty rows"),
+    *asked_flags(CalibrationRequest, CalibrationChoices),
     flag(
         "--separately",
         action="store_true",
@@ -72,33 +48,12 @@ FLAGS = (
     ),
     flag("-v", "--verbose", action="store_true", help="print every point of the curve and the fit"),
     flag(
-        "--limit",
-        default="auto",
-        help="judge the curve by far25, far23, none, or your own, such as 2%%,3kt,30ft (altitude "
-        "for each 100 kt) "
-        "(default: far23 below Mach 0.6, else far25, where the curve reaches 60 kt)",
-    ),
-    flag(
-        "--params",
-        metavar="AUTOPILOT",
-        help="also the parameters to set: ardupilot or px4, with the old values where the log has "
-        "none "
-        "(px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0)",
-    ),
-    flag(
         "-o",
         dest="parameter_file",
         type=Path,
         metavar="FILE",
         help="also write the parameters of --params as a file that the ground station loads: "
         ".param of ArduPilot (Mission Planner, MAVProxy), .params of PX4 (QGroundControl)",
-    ),
-    flag(
-        "--handbook",
-        type=Path,
-        metavar="TABLE.csv",
-        help="compare the curve with that of a handbook: columns KIAS, KCAS and, where it has "
-        "several, configuration",
     ),
     flag("--card", type=Path, help="also write the airspeed card (.csv)"),
     *shared("report", "record", "table", "units", "json"),
@@ -135,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
             _require_one_curve(name, len(options.logs) if options.separately and not bundled else 1)
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
-    limit, units = limit_named(options.limit), reader_units(options.units)
+    limit, units = limit_named(options.limit or "auto"), reader_units(options.units)
     found = [
         NamedFlight(
             str(path),
@@ -203,14 +158,19 @@ def _reduced(options: argparse.Namespace, bundled: bool) -> "list[tuple[Path, Ca
     """Return each flight with the path of its log and its calibration: one curve for each log where
     asked for, else one for all. Of logs that are `bundled` in a folder, those that have an answer.
     """
-    from pitotbench.bench.calibration_request import NamedFile, calibrate_request
+    from pitotbench.bench.calibration_request import (
+        calibrate_request,
+        choices_made,
+        mapping_sources,
+        published_by,
+    )
     from pitotbench.bench.calibrations import options_of
     from pitotbench.bench.folder_logs import calibrate_folder
 
-    choices = _choices(options)
+    choices = stated_choices(options)
     options_of((), options.mapping, **choices)  # a wrong flag is refused before a long log is read
-    asked = _request(options)
-    published = asked.published()  # and a wrong table
+    asked = stated_request(options, CalibrationRequest)
+    published = published_by(asked)  # and a wrong table
     _, stated = _stated_autopilot(options)
     part = stated_part(options)
 
@@ -226,8 +186,8 @@ def _reduced(options: argparse.Namespace, bundled: bool) -> "list[tuple[Path, Ca
             options.separately,
             say,
             "calibrating",
-            sources=asked.sources(),
-            flags=asked.choices(),
+            sources=mapping_sources(asked),
+            flags=choices_made(asked),
             published=published,
             **choices,
         )
@@ -244,27 +204,13 @@ def _reduced(options: argparse.Namespace, bundled: bool) -> "list[tuple[Path, Ca
     ]
 
 
-def _request(options: argparse.Namespace) -> "CalibrationRequest":
-    from pitotbench.bench.calibration_request import NamedFile
-
-    book, sensor = options.handbook, options.airspeed_sensor
-    return replace(
-        stated_reading(options),
-        handbook=None if book is None else NamedFile(book, book.name),
-        limit="" if options.limit == "auto" else options.limit,
-        parameters=options.params or "",
-        airspeed_sensor="" if sensor is None else str(sensor),
-        temperature_c=options.temperature_c or "",
-    )
-
-
 def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float]]:
     """Return the autopilot of `--params`, empty where none is named, and the old values that it
     states.
     """
     from pitotbench.logbook.autopilot import stated_parameters
 
-    return ("", {}) if options.params is None else stated_parameters(options.params)
+    return ("", {}) if options.parameters is None else stated_parameters(options.parameters)
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
@@ -273,38 +219,3 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
     """
     others = (options.mapping, options.handbook)
     return [*options.logs, *(Path(each) for each in others if each)]
-
-
-_SWITCHES = {  # the choice that a flag without a value stands for
-    "no_down": ("use_down", False),
-    "no_altitude": ("use_altitude", False),
-    "on_condition": ("on_condition", True),
-    "all_rows": ("robust", False),
-}
-
-
-def _choices(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the choices of the flags by name."""
-    from pitotbench.units import KNOT
-
-    stated = {
-        name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None
-    }
-    if options.ground_speed_min_kt is not None:
-        stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
-    stated |= dict(choice for flag, choice in _SWITCHES.items() if getattr(options, flag))
-    stated |= stated_assumptions(options)
-    if options.latency is not None:
-        stated |= _latency(options.latency)
-    return stated
-
-
-def _latency(text: str) -> dict[str, object]:
-    if text in _NAMED_LATENCIES:
-        return {"latency": text}
-    try:
-        return {"gps_latency": float(text), "latency": "given"}
-    except ValueError as error:
-        raise BadInputError(
-            f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}"
-        ) from error

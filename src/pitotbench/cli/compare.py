@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pitotbench.cli.shared_flags import (
+    asked_flags,
     flag,
     read_logs,
     require_page,
     say,
     shared,
-    stated_assumptions,
+    stated_choices,
     tell,
 )
 from pitotbench.records import BadInputError
+from pitotbench.records.calibration_request import CalibrationChoices, Reading
 
 if TYPE_CHECKING:
     from pitotbench.records.calibration import ErrorCurve
@@ -41,7 +43,8 @@ FLAGS = (
         help="a calibration (--json of calibrate), a log, or a JSBSim file (.xml)",
     ),
     flag("second", type=Path, metavar="B", help="another of the same kind, held against the first"),
-    *shared("mapping", "accuracy", "json", "report", "units"),
+    *asked_flags(Reading, CalibrationChoices, only=("mapping", "accuracies")),
+    *shared("json", "report", "units"),
     flag("--model", help="of two logs: the pressure-error model (as for calibrate)"),
     flag(
         "--card",
@@ -81,12 +84,9 @@ def _logs(options: argparse.Namespace) -> None:
     from pitotbench.bench.calibrations import calibrate_each
 
     paths = [options.first, options.second]
-    named = {} if options.model is None else {"model": options.model}
     curves = []
     for path, log in zip(paths, read_logs(paths, options.mapping), strict=True):
-        flight, *_ = calibrate_each(
-            [log], None, options.mapping, **named, **stated_assumptions(options)
-        )
+        flight, *_ = calibrate_each([log], None, options.mapping, **stated_choices(options))
         curves.append((path.stem, flight.calibration.curve))
     _tell(curves, options)
 

@@ -6,12 +6,13 @@ import argparse
 from pathlib import Path
 
 from pitotbench.cli.shared_flags import (
+    asked_flags,
     flag,
     read_logs,
     require_page,
     require_table,
     shared,
-    stated_assumptions,
+    stated_choices,
     stated_numbers,
     tell,
     tell_each,
@@ -19,6 +20,7 @@ from pitotbench.cli.shared_flags import (
     write_table,
 )
 from pitotbench.records import BadInputError
+from pitotbench.records.calibration_request import CalibrationChoices, Reading
 
 FLAGS = (
     flag(
@@ -29,7 +31,8 @@ FLAGS = (
         help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower "
         "fly-by",
     ),
-    *shared("mapping", "accuracy", "priors", "table", "units", "json"),
+    *asked_flags(Reading, CalibrationChoices, only=("mapping", "accuracies", "priors")),
+    *shared("table", "units", "json"),
     flag("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]"),
     flag("--track-deg", help="true track of each leg, with commas [°]"),
     flag(
@@ -77,7 +80,7 @@ _ACTS_ON = {  # flag: its field, what it acts on, and the way out
     "--table": ("table", {_CARDS}, "it writes a curve; use calibrate LOG --table, or give a card"),
     "--set": ("priors", {_LOGS, _CARDS}, "logs and points tables have a prior"),
     "--accuracy": (
-        "accuracy",
+        "accuracies",
         {_LOGS, _CARDS, _FLY_BYS},
         "ground speeds and tracks alone have no bound; give a card of legs (CSV)",
     ),
@@ -103,7 +106,7 @@ def _of_cards(options: argparse.Namespace) -> None:
     from pitotbench.show.calibration import doubts_of_curve
     from pitotbench.show.legs import card_json, card_tree
 
-    stated = stated_assumptions(options)
+    stated = stated_choices(options)
     accuracies, priors = accuracies_of(stated.get("accuracies"), {}), stated.get("priors")
     found = [(path, reduce_card(*read_points(path), accuracies, priors)) for path in options.logs]
     named = [
@@ -125,7 +128,7 @@ def _of_fly_bys(options: argparse.Namespace) -> None:
     from pitotbench.logbook.points_table import read_fly_bys
     from pitotbench.show.legs import fly_bys_json, fly_bys_tree
 
-    stated = accuracies_of(stated_assumptions(options).get("accuracies"), {})
+    stated = accuracies_of(stated_choices(options).get("accuracies"), {})
     found = [(path, reduce_fly_bys(*read_fly_bys(path), stated)) for path in options.logs]
     tell_each(options, found, fly_bys_json, fly_bys_tree)
 
@@ -139,7 +142,7 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.show.curve_rows import points_json, points_tree
 
     logs = read_logs(options.logs, options.mapping)
-    choice = options_of(logs, options.mapping, **stated_assumptions(options))
+    choice = options_of(logs, options.mapping, **stated_choices(options))
     found = []
     for path, log in zip(options.logs, logs, strict=True):
         end = range_end(log)

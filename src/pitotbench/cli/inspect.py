@@ -4,12 +4,14 @@ import argparse
 from pathlib import Path
 
 from pitotbench.cli.shared_flags import (
+    asked_flags,
     flag,
     read_logs,
     require_page,
     shared,
     tell,
 )
+from pitotbench.records.calibration_request import CalibrationRequest
 
 FLAGS = (
     flag(
@@ -18,7 +20,8 @@ FLAGS = (
         metavar="LOG",
         help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
     ),
-    *shared("mapping", "sensor", "units", "json", "report"),
+    *asked_flags(CalibrationRequest, only=("mapping", "airspeed_sensor")),
+    *shared("units", "json", "report"),
 )
 
 

@@ -8,16 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import (
+    asked_flags,
     flag,
     read_logs,
     require_page,
     say,
     shared,
     stated_part,
-    stated_reading,
+    stated_request,
     tell,
 )
 from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.calibration_request import Reading
 
 if TYPE_CHECKING:
     from pitotbench.bench.workflow import FullReconciliation
@@ -42,7 +44,8 @@ FLAGS = (
     flag(
         "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
     ),
-    *shared("mapping", "part", "record", "units", "json"),
+    *asked_flags(Reading),
+    *shared("record", "units", "json"),
     flag(
         "--card",
         type=Path,
@@ -206,6 +209,7 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
 
 def _provenance(options: argparse.Namespace, logs: "list[FlightLog | None]") -> "Provenance":
     """Return the files and the choices behind the verdict."""
+    from pitotbench.bench.calibration_request import choices_made, mapping_sources
     from pitotbench.bench.calibrations import (
         advice_of,
         flag_choice,
@@ -216,20 +220,20 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog | None]") -> 
     )
     from pitotbench.records.log import Choice
 
-    asked = stated_reading(options)
+    asked = stated_request(options, Reading)
     count = len(options.log)
     sources = [
         *sources_of("log", options.log, logs[:count]),
         *sources_of("held-out log", [options.holdout] * len(logs[count:]), logs[count:]),
         *(("card", path, None) for path in options.card or ()),
-        *asked.sources(),
+        *mapping_sources(asked),
         *model_sources(options.aircraft),
     ]
     setting = setting_of(advised := advice_of([each for each in logs if each], options.mapping))
     place = "static source" if setting.static_error else "impact pressure"
     choices = [
         flag_choice("aircraft", options.aircraft, ""),
-        *asked.reading_choices(),
+        *choices_made(asked),
         Choice("place of the error curve", place, "mapping" if setting.static_error else "default"),
         Choice(
             "mach max", f"{setting.mach_max:g}", "mapping" if "mach_max" in advised else "default"

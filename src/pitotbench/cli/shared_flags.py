@@ -9,10 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from pitotbench.catalog import explain
-from pitotbench.records import USUAL_ACCURACIES, BadInputError
+from pitotbench.records import BadInputError
+from pitotbench.records.calibration_request import (
+    FILES,
+    NamedFile,
+    Reading,
+    asked_fields,
+)
 
 if TYPE_CHECKING:
-    from pitotbench.bench.calibration_request import CalibrationRequest
     from pitotbench.logbook.assembly import Part
     from pitotbench.records.calibration import ErrorCurve
     from pitotbench.records.case import Wind
@@ -20,6 +25,7 @@ if TYPE_CHECKING:
     from pitotbench.show.tree import Node
 
 T = TypeVar("T")
+R = TypeVar("R", bound=Reading)
 
 
 DONE = 0
@@ -43,52 +49,7 @@ def flag(*names: str, **settings: Any) -> Flag:
 
 
 # Flags that several commands have, by the word that asks for them.
-_USUAL = ", ".join(f"{name}={value:g}" for name, value in USUAL_ACCURACIES.items())
 _SHARED: dict[str, tuple[Flag, ...]] = {
-    "mapping": (
-        flag(
-            "--mapping",
-            help="how to read a foreign log: a shipped name or a TOML file (default: known "
-            "formats are recognized)",
-        ),
-    ),
-    "temperature": (
-        flag(
-            "--temperature-c",
-            metavar="T±2σ@PLACE",
-            help="temperature of the day [°C], lapsed with height, for a log without a probe of "
-            "the air: 18, 18±2@ground (the lowest height of the log), -5+-2@1500ft (default: a "
-            "standard day ±15 K)",
-        ),
-    ),
-    "sensor": (
-        flag(
-            "--airspeed-sensor",
-            type=int,
-            metavar="N",
-            help="which airspeed sensor of a log with several, from 1 (default: the first)",
-        ),
-    ),
-    "part": (
-        flag(
-            "--from",
-            dest="begin",
-            metavar="MIN:S",
-            help="use the log from this minute on, such as 12:30",
-        ),
-        flag(
-            "--to",
-            dest="end",
-            metavar="MIN:S",
-            help="use the log up to this minute, such as 25:00",
-        ),
-        flag(
-            "--without",
-            metavar="MIN:S-MIN:S",
-            action="append",
-            help="leave out the minutes between, such as 14:00-15:30; may be given several times",
-        ),
-    ),
     "wind": (
         flag(
             "--wind-kt",
@@ -101,24 +62,6 @@ _SHARED: dict[str, tuple[Flag, ...]] = {
             type=float,
             default=300.0,
             help="direction the wind is from [°] (default: %(default)g)",
-        ),
-    ),
-    "accuracy": (
-        flag(
-            "--accuracy",
-            metavar="NAME=2σ,...",
-            help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: "
-            "sensors without constant errors (default: what the mapping or the log states, else "
-            f"{_USUAL})",
-        ),
-    ),
-    "priors": (
-        flag(
-            "--set",
-            metavar="NAME=NUMBER,...",
-            dest="priors",
-            help="a prior other than the usual one, such as gust_length_m=300 (docs/method.md lists "
-            "them)",
         ),
     ),
     "record": (
@@ -169,6 +112,15 @@ _SHARED: dict[str, tuple[Flag, ...]] = {
 def shared(*names: str) -> list[Flag]:
     """Return flags that several commands have, by the words of their table."""
     return [each for name in names for each in _SHARED[name]]
+
+
+def asked_flags(*records: type, only: Sequence[str] = ()) -> list[Flag]:
+    """Return the flags of the fields of some records, of all or of those named."""
+    return [
+        flag(each.metadata["flag"], dest=each.name, **each.metadata["settings"])
+        for each in asked_fields(*records)
+        if not only or each.name in only
+    ]
 
 
 def read_logs(
@@ -328,30 +280,23 @@ def tell_each(
     )
 
 
-def stated_reading(options: argparse.Namespace) -> "CalibrationRequest":
-    """Return how the flags say that a log is read."""
-    from pitotbench.bench.calibration_request import CalibrationRequest, NamedFile
-
-    mapping = options.mapping
-    return CalibrationRequest(
-        mapping=NamedFile(Path(mapping), mapping) if mapping else None,
-        begin=options.begin or "",
-        end=options.end or "",
-        without=tuple(options.without or ()),
-    )
+def stated_request(options: argparse.Namespace, record: "type[R]") -> "R":
+    """Return what the flags of a record ask for, in its texts."""
+    stated = {each.name: getattr(options, each.name) for each in asked_fields(record)}
+    return record(**{name: _asked(name, each) for name, each in stated.items() if each is not None})
 
 
-def stated_assumptions(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the accuracies and the priors of the parsed flags as options of the calibration, each
-    where its flag was given.
-    """
-    from pitotbench.calibration.options import parse_accuracies, parse_priors
+def _asked(name: str, value: object) -> Any:
+    if name in FILES:
+        return NamedFile(Path(str(value)), str(value))
+    return tuple(value) if isinstance(value, list) else str(value)
 
-    flags = {
-        "accuracies": (options.accuracy, parse_accuracies),
-        "priors": (getattr(options, "priors", None), parse_priors),
-    }
-    return {name: read(text) for name, (text, read) in flags.items() if text is not None}
+
+def stated_choices(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the options of a calibration that the flags of a command state, by name."""
+    from pitotbench.calibration.options import choices_of
+
+    return choices_of(vars(options))
 
 
 def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:

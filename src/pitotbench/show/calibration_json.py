@@ -79,6 +79,9 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "left_out": list(result.left_out),
         "assumptions": [asdict(each) for each in result.assumptions],
         "priors": dict(result.priors),
+        "stated": {
+            each.name: each.value for each in result.provenance.choices if each.source == "stated"
+        },
         "impact_pressure_zero_pa": None
         if zero is None
         else {"value": zero.value, "two_sigma": zero.two_sigma},

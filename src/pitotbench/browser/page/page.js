@@ -347,6 +347,14 @@ function show(text) {
   else if (answer || !state.status) at("more").hidden = at("curve").hidden = !answer;
   at("told").classList.toggle("fatal", Boolean(answer && !answer.usable));
   const form = at("flags");
+  for (const [name, setting] of Object.entries(state.settings)) {
+    if (form.elements[name]) continue;
+    const unit = setting.unit ? ` [${setting.unit}]` : "";
+    const label = make("label", `${name.replaceAll("_", " ")}${unit} `, { title: setting.help });
+    label.append(make("small", setting.flag), " ", make(setting.switch ? "select" : "input", "", { name, size: 10 }));
+    at("options").append(label);
+    if (setting.switch) choices(form.elements[name], { "": "usual", yes: setting.help }, state.flags[name]);
+  }
   const changed = !before || !same(before, state, "flags", "without");
   choices(form.elements.model, Object.fromEntries(state.choices.model.map((n) => [n, n || "usual"])), state.flags.model);
   at("autopilots").replaceChildren(...state.choices.autopilot.map((value) => make("option", "", { value })));

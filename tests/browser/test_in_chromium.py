@@ -219,6 +219,27 @@ def test_speeds_are_shown_in_other_units(dropped: Browser) -> None:
     dropped.until("state.unit === 'kt'")
 
 
+def test_every_option_of_the_command_is_on_the_page_with_its_help(dropped: Browser) -> None:
+    missing = (
+        "Object.keys(state.settings).filter((n) => !document.getElementById('flags').elements[n])"
+    )
+    assert dropped.run(missing) == []
+    title = "document.getElementById('flags').elements.wind.closest('label').title"
+    assert "constant, checked" in dropped.run(title)
+    ask = (
+        "(() => {{ const form = document.getElementById('flags'); form.elements.wind.value = '{}';"
+        "form.elements.use_down.value = '{}'; form.requestSubmit(); }})()"
+    )
+    dropped.run(ask.format("constant", "yes"))
+    dropped.until("state.flags.wind === 'constant'")
+    asked = dropped.answered()
+    assert (asked["refusal"], asked["answer"]["usable"]) == ("", True)
+    assert asked["command"].endswith(" --no-down --wind constant")
+    dropped.run(ask.format("", ""))
+    dropped.until("state.flags.wind === ''")
+    dropped.answered()
+
+
 def test_a_reloaded_tab_finds_its_choices(dropped: Browser, served: Served) -> None:
     dropped.run(
         "(() => { const form = document.getElementById('flags'); form.elements.model.value = 'quadratic';"

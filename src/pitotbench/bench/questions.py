@@ -5,12 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, overload
 
+from pitotbench.bench.calibration_request import choices_made, mapping_sources
 from pitotbench.bench.calibrations import (
     OneLog,
     Source,
     advice_of,
     calibrate_each,
-    flag_choice,
     flatten,
     logs_of,
     model_sources,
@@ -22,6 +22,7 @@ from pitotbench.bench.calibrations import (
     sources_of,
 )
 from pitotbench.records.calibration import Calibration
+from pitotbench.records.calibration_request import NamedFile, Reading
 from pitotbench.records.case import Case
 from pitotbench.records.legs import FixedSpeedPoint, FixedSpeedResult, FlyByPoint, HandCard
 from pitotbench.records.log import FlightLog, LogInspection
@@ -104,10 +105,11 @@ def calibrate(
         )
         return tuple(of_one_log(answer.log, answer.flights) for answer in answers if answer.flights)
     read = logs_of(logs, "calibrate", mapping, part)
-    moments = (("from", start, "the first row"), ("to", end, "the last row"))
-    flags = [flag_choice(*moment) for moment in moments if part]
-    sources = sources_of("log", logs, read)
-    flights = calibrate_each(read, options, mapping, sources, flags, published, **choices)
+    named = NamedFile(Path(mapping), str(mapping)) if mapping else None
+    asked = Reading(named, str(start or ""), str(end or ""))
+    sources = [*sources_of("log", logs, read), *mapping_sources(asked)]
+    made = [each for each in choices_made(asked) if each.source == "stated"]
+    flights = calibrate_each(read, options, mapping, sources, made, published, **choices)
     once = distinct(read, names_of(given, len(read)))
     found = tuple(
         of_one_log(once.logs[at], [each for each in flights if each.place == once.first[at]])

@@ -385,15 +385,19 @@ def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:
     return CalibrationOptions(**choices)
 
 
-def _latency(text: str) -> dict[str, object]:
-    if text in LATENCIES[1:]:
-        return {"latency": text}
+def _number(flag: str, text: str, form: str = "a number") -> float:
     try:
-        return {"gps_latency": float(text), "latency": "given"}
+        return float(text)
     except ValueError as error:
-        raise BadInputError(
-            f"--latency {text!r}: give seconds, or {' or '.join(LATENCIES[1:])}"
-        ) from error
+        raise BadInputError(f"{flag} {text!r}: give {form}") from error
+
+
+def _latency(text: str) -> dict[str, object]:
+    named = LATENCIES[1:]
+    if text in named:
+        return {"latency": text}
+    seconds = _number("--latency", text, f"seconds, or {' or '.join(named)}")
+    return {"gps_latency": seconds, "latency": "given"}
 
 
 _READ: dict[str, Callable[[str], dict[str, object]]] = {  # what is neither text nor number
@@ -419,9 +423,7 @@ def choices_of(texts: Mapping[str, Any]) -> dict[str, Any]:
         elif each.type is str:
             found[each.name] = text
         else:
-            unit = each.metadata["unit"]
-            try:
-                found[each.name] = float(text) * (SUFFIXES[unit].factor if unit else 1.0)
-            except ValueError as error:
-                raise BadInputError(f"{each.metadata['flag']} {text!r}: give a number") from error
+            unit = SUFFIXES.get(each.metadata["unit"])
+            number = _number(each.metadata["flag"], text)
+            found[each.name] = number if unit is None else number * unit.factor
     return found

@@ -12,7 +12,7 @@ from pitotbench.calibration.altitude import NOISE_COUNT
 from pitotbench.calibration.covering import CoveringFit
 from pitotbench.calibration.covering_problem import Structure, length_factor, wind_scale
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.prediction import INCIDENCE, TOTAL_LEVEL, Nuisance, PredictionModel
+from pitotbench.calibration.prediction import Nuisance, PredictionModel
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
@@ -173,7 +173,8 @@ _BIN = 10.0 * KNOT  # m/s: samples so near an airspeed are taken together
 _MEAN_OVER = 30.0  # s: and so near in time
 _SMOOTH_OVER = 300.0  # s: where the wind drifts, over as long as its path is smooth
 _FEWEST_MEANS = 4
-# probability of so much disagreement by chance, below which it is told
+# probability of so much disagreement by chance: below it triangle and height are not averaged, but
+# mixed (`location`)
 DISAGREE = 0.001
 _CLEAR = 3.0  # standard errors beyond which samples disagree
 _BOUNDS = 1.5  # times 2σ, likewise
@@ -196,9 +197,9 @@ def disagreements(
     found = []
     if agreement is not None and agreement < DISAGREE:
         words = (
-            "the wind triangle and the height disagree about the curve by more than chance. The "
-            "temperature or the height may be off by more than stated, or the wind may follow the "
-            "speeds flown"
+            "the wind triangle and the height disagree about the curve by more than chance, and "
+            "the bound holds both. The temperature or the height may be off by more than stated, "
+            "or the wind may follow the speeds flown"
         )
         found.append(Disagreement("height", words, float(np.max(curve.two_sigma)), fatal=False))
     off, at = _samples_off(residuals, curve, _SMOOTH_OVER if drifting else _MEAN_OVER)
@@ -328,8 +329,6 @@ _ERRORS = {  # name of a nuisance to its words and its unit
     "latency_s": ("latency of the GPS", "s"),
     "height_latency_s": ("latency of the GPS height beyond that of its velocity", "s"),
     "receiver_smoothing_s2": ("square of the time over which the GPS velocity is smoothed", "s²"),
-    TOTAL_LEVEL: ("error of pitot or instrument (a leak, a scale)", "Δp/q_c"),
-    INCIDENCE: ("loss of the pitot at the angle of attack of slow flight", "Δp/q_c"),
     "turn_lift": ("pressure error that the load factor adds in turns", "Δp/q_c"),
     "wind_north_mps_per_600_s": ("change of the wind toward north in 600 s", "m/s"),
     "wind_east_mps_per_600_s": ("change of the wind toward east in 600 s", "m/s"),
@@ -398,17 +397,17 @@ def outside_prior(
 
 
 def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]:
-    found = []
+    mean, found = answer.mean, []
     for place, nuisance in enumerate(structure.nuisances, start=structure.model.count):
         # The scatter for known noise: the nodes' own differences are no knowledge of the nuisance.
         left = float(answer.weights @ answer.covariances[:, place, place]) / nuisance.deviation**2
-        told = max(1.0 - left, _LEAST_KNOWN)
-        # What the log says without the prior, which draws the estimate to zero.
-        value = float(answer.mean[place]) / told
-        error = nuisance.deviation * float(np.sqrt(left / told))
-        size = value if nuisance.positive else abs(value)
-        if size > _Z_1_PERCENT * float(np.hypot(nuisance.usual, error)):
-            text = _nuisance_sentence(nuisance, value, 2.0 * error)
+        scatter = nuisance.deviation * float(np.sqrt(max(1.0 - left, _LEAST_KNOWN)))
+        size = float(mean[place]) if nuisance.positive else abs(float(mean[place]))
+        if size > _Z_1_PERCENT * scatter:
+            # What the log says without the prior, which draws the estimate to zero.
+            freed = (nuisance.deviation / scatter) ** 2
+            value, bound = float(mean[place]) * freed, 2.0 * nuisance.deviation * freed**0.5
+            text = _nuisance_sentence(nuisance, value, bound * left**0.5)
             found.append(Caution(text, "outside prior", nuisance.name, value))
     return found
 
@@ -417,7 +416,7 @@ def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float) -> str:
     words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
     return (
         f"the {words} is {_sized(f'{value:+.3g} ± {bound:.2g}', unit)} by the rest of the log, "
-        f"where {_sized(f'±{2.0 * nuisance.usual:.3g}', unit)} (2σ) is assumed: check the sensor "
+        f"where {_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)} (2σ) is assumed: check the sensor "
         "and its unit, or assume more"
     )
 

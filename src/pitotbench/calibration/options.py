@@ -210,22 +210,6 @@ class Priors:
     height_latency_s: float = _column(
         0.5, "s", (0.2, 1.0), "GPS height after its velocity; measured logs: −0.84"
     )
-    pitot_tube: float = _column(
-        0.002, "Δp/q_c", (0.001, 0.005), "total-pressure tube: within 1 % to 10° (NACA TN 2530)"
-    )
-    incidence: float = _column(
-        0.003, "Δp/q_c", (0.001, 0.01), "its loss at the slow end, as n²/q² (NACA TN 2530)"
-    )
-    instrument_scale: float = _column(
-        0.01,
-        "Δp/q_c",
-        (0.001, 0.1),
-        "flight-test system 0.001, cockpit 0.01 (SAE AS8002A: 2 kt at 100), autopilot 0.1",
-    )
-    instrument_fault: float = _prior(
-        0.06, "Δp/q_c", (0.02, 0.15), "chosen: total source and instrument with a leak"
-    )
-    instrument_fault_chance: float = _prior(0.05, "-", (0.01, 0.2), "chosen: one log in twenty")
     turn_lift: float = _column(
         0.02, "Δp/q_c", (0.01, 0.05), "part in n − 1 at the middle of the speeds: lift is n/q"
     )
@@ -288,8 +272,7 @@ def priors_of_card(stated: StatedPriors) -> Priors:
 AUTO = "auto"  # of the location of the error: by evidence; of the model: the smooth curve
 _NOW_SMOOTH = (AUTO, "spline")  # what the smooth curve stands for
 METHODS = ("covering", "paper")
-STATIC, TOTAL, IMPACT = "static", "total", "impact"
-ERROR_LOCATIONS = (AUTO, STATIC, TOTAL, IMPACT)
+ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
 WINDS = ("constant", "checked", "linear", "drifting")
 LATENCIES = ("given", "checked", "estimated")
 LONGEST_LATENCY = 10.0  # s: receivers are late by tenths of a second; more is another unit

@@ -12,9 +12,6 @@ from scipy.special import ndtr
 from pitotbench import air
 from pitotbench.calibration.observations import Blocks, Observations
 from pitotbench.calibration.options import (
-    AUTO,
-    STATIC,
-    USUAL,
     WITHOUT_TEMPERATURE,
     Accuracies,
     CalibrationOptions,
@@ -268,20 +265,33 @@ class CurveMap:
             -air.calibrated_airspeed_slope(self.impact_pressure() / impact_share) * by_indicated
         )
 
-    def altitude(self, share: Array, static_pressure: float) -> tuple[Meters, Array]:
-        """True minus indicated pressure altitude [m], (c,), for a static source's Δp/q_c, (c,), and
-        its derivative with respect to that.
+    def altitude(self, k: Array, static_pressure: float) -> Meters:
+        """True minus indicated pressure altitude [m], (c,), for an error of the static source.
 
         `static_pressure` [Pa] is the indicated one. The true one is p = p_i − Δp; a lower pressure
         is a greater altitude.
         """
-        impact_share, pressure = 1.0 - share, self.impact_pressure()
+        error = self.impact_pressure() * (1.0 / (1.0 - self.normalized(k)) - 1.0)
+        return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(
+            static_pressure
+        )
+
+    def altitude_by_total(self, k: Array, static_pressure: float, share: float) -> Meters:
+        """Change of the altitude correction [m], (c,), where a share of the impact pressure is the
+        total source's error and not the static source's.
+        """
+        pressure = self.impact_pressure()
+        true = static_pressure - pressure * (1.0 / (1.0 - self.normalized(k)) - 1.0)
+        return air.pressure_altitude(true - share * pressure) - air.pressure_altitude(true)
+
+    def altitude_gradient(self, k: Array, static_pressure: float) -> Array:
+        """Derivative of the altitude correction with respect to k, (c, K) [m]."""
+        impact_share = 1.0 - self.normalized(k)
+        pressure = self.impact_pressure()
         true = static_pressure - pressure * (1.0 / impact_share - 1.0)
-        height = air.pressure_altitude(true)
-        temperature = air.standard_temperature(height)
+        temperature = air.standard_temperature(air.pressure_altitude(true))
         meters_a_pascal = air.GAS_CONSTANT * temperature / (true * air.GRAVITY)
-        slope = meters_a_pascal * pressure / impact_share**2
-        return height - air.pressure_altitude(static_pressure), np.asarray(slope)
+        return np.asarray(self.basis() * (meters_a_pascal * pressure / impact_share**2)[:, None])
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
@@ -456,8 +466,7 @@ class Nuisance:
     east) of one that changes the wind, and its change from row to row; None for another. `height`
     gives the change of the altitude rows per unit [m], None for none; `of_source` states that this
     is an error of the static source, and no other place of the error shows in the height.
-    `positive` states that the prior is half-normal, and `rare` (usual deviation, chance) that
-    `deviation` is that of one log in many. Where its effect is not above `planned`, the
+    `positive` states that the prior is half-normal. Where its effect is not above `planned`, the
     airspeed says nothing of it.
     """
 
@@ -468,13 +477,7 @@ class Nuisance:
     height: HeightColumn | None = None
     of_source: bool = False
     positive: bool = False
-    rare: tuple[float, float] | None = None
     planned: float = 0.0
-
-    @property
-    def usual(self) -> float:
-        """The prior's standard deviation in most logs."""
-        return self.deviation if self.rare is None else self.rare[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -517,8 +520,7 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         ),
         *_latencies(options, stated, priors, options.use_altitude and obs.altitude is not None),
         Nuisance(SMOOTHING, _smoothing(options, obs), _by_smoothing, positive=True),
-        _of_pressure("turn_lift", priors.turn_lift, *[_turn_lift(obs)] * 2),
-        *_total_source(options, stated, priors, obs),
+        _of_pressure("turn_lift", priors.turn_lift, _turn_lift(obs)),
     )
     change = priors.wind_change_mps
     layers = () if options.wind == "constant" else _layers(obs, change)
@@ -588,76 +590,19 @@ def _latencies(
     )
 
 
-def with_priors(answer: Posterior, nuisances: Sequence[Nuisance], first: int) -> Posterior:
-    """Return an answer by normal priors with those of the nuisances that are not: `positive`, or
-    wide in a `rare` log; `first` is the place of the first nuisance.
+def with_signs(answer: Posterior, nuisances: Sequence[Nuisance], first: int) -> Posterior:
+    """Return an answer in which the nuisances that are `positive` are; `first` is the place of the
+    first nuisance.
     """
     for place, nuisance in enumerate(nuisances, start=first):
-        if nuisance.rare is not None:
-            answer = answer.with_narrower_prior(place, nuisance.deviation, *nuisance.rare)
         if nuisance.positive:
             answer = answer.not_negative(place)
     return answer
 
 
-TOTAL_LEVEL, INCIDENCE = "total_level", "incidence"
-
-
-def slow_end(obs: Observations) -> float:
-    """The impact pressure of the slowest flight of a log, without the outermost thousandth [Pa]."""
-    return float(np.quantile(obs.impact_pressure, 0.001))
-
-
-def level_of_total(stated: Accuracies, priors: Priors) -> float:
-    """1σ of the level of the total source's error with its instrument, in most logs [-]."""
-    share = stated.total_source / USUAL.total_source
-    return share * float(np.hypot(priors.pitot_tube, priors.instrument_scale))
-
-
-def _total_source(
-    options: CalibrationOptions, stated: Accuracies, priors: Priors, obs: Observations
-) -> tuple[Nuisance, ...]:
-    """The total source's error: a level, of tube and instrument, and a loss at incidence.
-
-    The curve is that of both sources in level flight, the height shows the static one's: it is what
-    the total source leaves. In a turn the loss grows with the load factor. A leak or a wrong scale
-    is rare, and then large.
-    """
-    if options.error_location not in (AUTO, STATIC):
-        return ()
-    share, slow = stated.total_source / USUAL.total_source, slow_end(obs)
-    usual = level_of_total(stated, priors)
-    level = _of_pressure(
-        TOTAL_LEVEL,
-        float(np.hypot(usual, share * priors.instrument_fault)) if usual > 0.0 else 0.0,
-        lambda impact, load: np.zeros(len(impact)),
-        lambda impact, load: np.full(len(impact), -1.0),
-    )
-    loss = _of_pressure(
-        INCIDENCE,
-        share * priors.incidence,
-        lambda impact, load: (load**2 - 1.0) * (slow / impact) ** 2,
-        lambda impact, load: -((slow / impact) ** 2),
-    )
-    return replace(level, rare=(usual, priors.instrument_fault_chance)), loss
-
-
-def total_design(nuisances: Sequence[Nuisance], first: int, slow: Array) -> Array:
-    """The part of Δp/q_c in level flight that is the total source's, per unknown, (c, first + m):
-    `slow` (c,) is the impact pressure of the slow end over that of the curve.
-    """
-    design = np.zeros((len(slow), first + len(nuisances)))
-    for place, nuisance in enumerate(nuisances, start=first):
-        if nuisance.name == TOTAL_LEVEL:
-            design[:, place] = 1.0
-        if nuisance.name == INCIDENCE:
-            design[:, place] = slow**2
-    return design
-
-
-def _of_pressure(name: str, deviation: float, share: Share, static: Share) -> Nuisance:
-    """An error beside the curve of level flight, as a share of the impact pressure: that of both
-    sources, and that of the static source.
+def _of_pressure(name: str, deviation: float, share: Share) -> Nuisance:
+    """An error of the static source beside the curve of level flight, as a share of the impact
+    pressure.
     """
 
     def column(prediction: Prediction, obs: Observations) -> MetersPerSecond:
@@ -666,7 +611,7 @@ def _of_pressure(name: str, deviation: float, share: Share, static: Share) -> Nu
 
     def height(rows: HeightState) -> Meters:
         flying = np.maximum(rows.impact_pressure, 1.0)
-        return rows.gain * rows.impact_pressure * static(flying, rows.load)
+        return rows.gain * rows.impact_pressure * share(flying, rows.load)
 
     return Nuisance(name, deviation, column, height=height, of_source=True)
 

@@ -20,7 +20,7 @@ from pitotbench.calibration.covering import (
 )
 from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import outside_prior, require_observable
-from pitotbench.calibration.location import ErrorPlace, fit_located
+from pitotbench.calibration.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibration.observations import (
     Observations,
     observe,
@@ -30,7 +30,6 @@ from pitotbench.calibration.observations import (
 )
 from pitotbench.calibration.options import (
     AUTO,
-    IMPACT,
     USUAL,
     WITHOUT_TEMPERATURE,
     CalibrationOptions,
@@ -50,7 +49,7 @@ from pitotbench.calibration.prediction import (
     WindPath,
     nuisances_of,
     wind_by_circle,
-    with_priors,
+    with_signs,
 )
 from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
 from pitotbench.estimation.mixture import Posterior
@@ -356,7 +355,7 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
     """The reduction with the answer of a located fit and what else it found."""
     structure, fit, obs = located.structure, located.fit, white.observations
     change = None
-    answer = with_priors(located.answer, structure.nuisances, structure.model.count)
+    answer = with_signs(located.answer, structure.nuisances, structure.model.count)
     stepped: tuple[Caution, ...] = ()
     if white.options.wind == "checked" and not structure.drifting:
         change, answer = check_wind(structure, obs, fit, answer)

@@ -11,12 +11,10 @@ from pitotbench import air
 from pitotbench.calibration.covering import drift_of
 from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import FLY_HEADINGS, disagreements, heading_spread
-from pitotbench.calibration.location import fit_by_height, mixed
+from pitotbench.calibration.location import STATIC, fit_by_height, mixed
 from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
 from pitotbench.calibration.options import (
     AUTO,
-    STATIC,
-    TOTAL,
     WITHOUT_TEMPERATURE,
     CalibrationOptions,
     accuracies_of,
@@ -31,8 +29,6 @@ from pitotbench.calibration.prediction import (
     Nuisance,
     PredictionModel,
     curve_airspeeds,
-    slow_end,
-    total_design,
 )
 from pitotbench.calibration.reduction import Reduction, model_of, scale_of
 from pitotbench.estimation.mixture import Posterior
@@ -44,7 +40,6 @@ from pitotbench.records.calibration import (
     Diagnostics,
     ErrorCurve,
     Estimate,
-    Places,
     Residuals,
     Share,
     WindEstimate,
@@ -54,7 +49,6 @@ from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import DEGREE, KNOT, Array, MetersPerSecond, Seconds
 
 _FEWEST_POINTS = 2  # of a curve
-_HALF = 0.5
 
 
 def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> Calibration:
@@ -75,10 +69,8 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
     curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
     residuals = residuals_of(reduction)
     assumed = reduction.error_location == STATIC and _place_assumed(reduction)
-    slow = slow_end(obs) / curve.impact_pressure()
-    total = total_design(reduction.nuisances, model.count, slow)
+    stated = accuracies_of(reduction.options.accuracies, {})
     drawn = _curve(curve, white, answer, reduction.nuisances)
-    places = places_of(curve, answer, total)
     each = _estimates(model, answer)
     shares = _shares(curve, answer, reduction.nuisances, each, drawn.two_sigma)
     wind = WindEstimate(*each[model.error_count : model.count])
@@ -88,7 +80,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         parameters=each[: model.error_count],
         reference_pressure=model.reference_pressure,
         wind=wind,
-        curve=with_altitude(drawn, curve, answer, obs, total, assumed),
+        curve=with_altitude(drawn, curve, answer, obs, stated.total_source, assumed),
         residual_two_sigma=2.0 * float(np.std(white.residuals[0])),
         samples=len(obs),
         converged=True,
@@ -98,8 +90,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         warnings=(*reduction.warnings, *_of_standard_day(obs, shares, drawn)),
         shares=shares,
         diagnostics=reduction.diagnostics,
-        error_location=_location(reduction, places),
-        places=places,
+        error_location=reduction.error_location,
         assumptions=reduction.assumptions,
         priors=reduction.priors,
         impact_pressure_zero=zero,
@@ -115,36 +106,11 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
     )
 
 
-def places_of(curve: CurveMap, answer: Posterior, total: Array) -> Places | None:
-    """Where the error of a curve is: the static source's part of Δp/q_c, the total source's and
-    their sum; `total` (c, p) is the design of the total source's. None where no place was looked
-    for.
-    """
-    if not curve.model.static_error or not np.any(total):
-        return None
-    whole = over_all_parameters(curve.basis(), answer)
-    parts = (whole - total, total, whole)
-    means, bounds = (
-        [f(each) for each in parts] for f in (lambda d: d @ answer.mean, answer.two_sigma)
-    )
-    return Places(
-        curve.indicated_airspeed, *(x for pair in zip(means, bounds, strict=True) for x in pair)
-    )
-
-
-def _location(reduction: Reduction, places: Places | None) -> str:
-    """The place that holds more of the error, where the log tells."""
-    if places is None or reduction.altitude is None:
-        return reduction.error_location
-    return STATIC if places.static_share >= _HALF else TOTAL
-
-
 def _place_assumed(reduction: Reduction) -> bool:
     """Whether the place of the error was neither stated nor seen in the height."""
     return (
         reduction.options.error_location == AUTO
         and reduction.diagnostics.static_probability is None
-        and reduction.altitude is None
     )
 
 
@@ -207,7 +173,9 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         parameters=_estimates(found.model, found.answer)[: found.model.error_count],
         reference_pressure=model.reference_pressure,
         wind=None,
-        curve=with_altitude(drawn, curve, found.answer, obs, np.zeros(gradient.shape)),
+        curve=with_altitude(
+            drawn, curve, found.answer, obs, accuracies_of(used.accuracies, {}).total_source
+        ),
         residual_two_sigma=2.0 * float(np.std(airspeed)),
         samples=len(obs),
         converged=True,
@@ -297,11 +265,11 @@ def with_altitude(
     of: CurveMap,
     answer: Posterior,
     obs: Observations,
-    total: Array,
+    total_source: float,
     assumed: bool = False,
 ) -> ErrorCurve:
     """Add the altitude correction [m] and its 2σ to the curve where the error is the static
-    source's, but for the part of the total source: `total` (c, p) is its design.
+    source's, but for `total_source`, 2σ of the total source's share.
 
     They are computed at the median of the log's static pressures. Where the place of the error is
     `assumed`, there may be no error of the altitude at all, and the 2σ holds 0.
@@ -309,9 +277,10 @@ def with_altitude(
     if not of.model.static_error:
         return curve
     pressure = float(np.median(obs.static_pressure))
-    static = over_all_parameters(of.basis(), answer) - total
-    correction, slope = of.altitude(static @ answer.mean, pressure)
-    bound = answer.two_sigma(static * slope[:, None])
+    k = answer.mean[: of.model.error_count]
+    gradient = over_all_parameters(of.altitude_gradient(k, pressure), answer)
+    correction = of.altitude(k, pressure)
+    bound = np.hypot(answer.two_sigma(gradient), of.altitude_by_total(k, pressure, total_source))
     if assumed:
         bound = np.hypot(bound, correction)
     return replace(

@@ -77,7 +77,6 @@ def simultaneous_factor(
     return max(1.0, float(np.quantile(np.concatenate(largest), TWO_SIGMA_SHARE)))
 
 
-_LEAST_WEIGHT = 1e-5  # of the greatest, below which a Gaussian is left out
 _ROUNDING = 1e-16  # variance of a number that is known
 
 
@@ -111,27 +110,6 @@ class Posterior:
         covariances = np.pad(self.covariances, ((0, 0), (0, more), (0, more)))
         covariances[:, range(-more, 0), range(-more, 0)] = _ROUNDING
         return Posterior(self.weights, np.pad(self.means, ((0, 0), (0, more))), covariances)
-
-    def with_narrower_prior(
-        self, place: int, wide: float, narrow: float, chance: float
-    ) -> "Posterior":
-        """The same answer where the prior of θ[place] was normal with the deviation `wide`, and is
-        now so with probability `chance` and `narrow` otherwise.
-
-        Another prior of one unknown is one more datum of it: each Gaussian follows by a change of
-        rank one, and so does its evidence.
-        """
-        shared = self.covariances[:, :, place]
-        mean, added = self.means[:, place], narrow**-2.0 - wide**-2.0
-        grown = 1.0 + added * shared[:, place]
-        ratio = wide / narrow * np.exp(-0.5 * added * mean**2 / grown) / np.sqrt(grown)
-        drawn = added / grown
-        weights = np.concatenate([chance * self.weights, (1.0 - chance) * ratio * self.weights])
-        kept = weights > _LEAST_WEIGHT * weights.max()
-        means = np.concatenate([self.means, self.means - (drawn * mean)[:, None] * shared])
-        known = drawn[:, None, None] * shared[:, :, None] * shared[:, None, :]
-        covariances = np.concatenate([self.covariances, self.covariances - known])
-        return Posterior(weights[kept] / weights[kept].sum(), means[kept], covariances[kept])
 
     def not_negative(self, place: int) -> "Posterior":
         """The same answer where θ[place] cannot be negative, as with a half-normal prior.

@@ -198,7 +198,7 @@ def test_inspect_and_reconcile_take_the_mapping_and_its_choices(foreign, capsys,
         assert inspection_json(found)["expected"] == json.loads(out)["expected"]
     asked = []
 
-    def reconcile_fully(measured, aircraft, holdout, card, progress, setting, refly, keep):
+    def reconcile_fully(measured, aircraft, holdout, card, progress, setting, refly, keep, choose):
         asked.append(([each.name for each in measured], setting))
         raise BadInputError("enough")
 

@@ -166,6 +166,7 @@ def _reduced(options: argparse.Namespace, bundled: bool) -> "list[tuple[Path, Ca
     )
     from pitotbench.bench.calibrations import options_of
     from pitotbench.bench.folder_logs import calibrate_folder
+    from pitotbench.records.outputs import file_name
 
     choices = stated_choices(options)
     options_of((), options.mapping, **choices)  # a wrong flag is refused before a long log is read
@@ -193,7 +194,7 @@ def _reduced(options: argparse.Namespace, bundled: bool) -> "list[tuple[Path, Ca
         )
         return [(each.given, flight) for each in answers for flight in each.flights]
     logs = read(options.logs)
-    files = [NamedFile(path, path.name) for path in options.logs]
+    files = [NamedFile(path, file_name(path)) for path in options.logs]
     groups = [(files, logs)]
     if options.separately:
         groups = [([file], [log]) for file, log in zip(files, logs, strict=True)]

@@ -138,9 +138,11 @@ def _may_be_one_airplane(log: FlightLog, other: FlightLog) -> bool:
 
 def _of_same_rows(log: FlightLog, others: Sequence[FlightLog]) -> tuple[int, float] | None:
     """The first of the others that holds the same rows, and what to add to the log's time [s] to
-    have its clock.
+    have its clock. Rows under the names of two airplanes are not those of one flight.
     """
     for number, other in enumerate(others):
+        if not _may_be_one_airplane(log, other):
+            continue
         here, there = moment_of(log), moment_of(other)
         shifts = [0.0, float(other.time[0] - log.time[0])]
         if here is not None and there is not None:

@@ -1,4 +1,4 @@
-"""A calibration as the page of `open` and the command ask for it, and what the record says of it."""
+"""A calibration as the page of `open` and the command ask for it, and its lines in the record."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -45,7 +45,7 @@ def plan(
         raise NoAnswerError(
             "no maneuver can be flown or determines the curve: " + "; ".join(refused.values())
         )
-    # What leaves the box or takes longer than the minutes comes last, so that the first is the best.
+    # What leaves the box or takes longer than the minutes comes last: the first is the best.
     ranked = sorted(
         found,
         key=lambda each: (

@@ -208,8 +208,8 @@ def reconcile(
     do not tell apart.
     Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch`
     and the figures of each of the `flights`. It shows itself in a notebook. Raises BadInputError
-    for a log that cannot be used or a choice that is in no set, UnknownNameError for an aircraft that
-    is not known.
+    for a log that cannot be used or a choice that is in no set, UnknownNameError for an aircraft
+    that is not known.
     """
     from pitotbench.bench.workflow import NamedLog, reconcile_fully
     from pitotbench.calibration.reduction import one_thread

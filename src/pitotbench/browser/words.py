@@ -48,7 +48,7 @@ def state_of(desk: Desk) -> Plain:
 
 
 def settings_told() -> Plain:
-    """Each setting of the page by name: its flag, its help and its unit; and whether it is a switch."""
+    """Each setting of the page by name: its flag, help and unit, and whether it is a switch."""
     return {
         name: {
             "flag": each.metadata["flag"],

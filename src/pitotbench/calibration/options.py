@@ -299,7 +299,7 @@ class CalibrationOptions(CalibrationChoices):
     the log shows a change; `linear` in time, and in height where the log climbs; `drifting`, a slow
     Gauss-Markov process whose size is estimated (method `covering`). gps_latency [s]: time by which
     GPS velocity is stamped late; it is subtracted.
-    latency: `given`; `checked`, a column with a prior; or `estimated`, the same, which refuses a log
+    latency: `given`; `checked`, a column with a prior; `estimated`, the same, which refuses a log
     that does not determine it.
     robust: leave out faulty rows and list them.
     accuracies: 2σ of constant errors that the residual does not show, as a whole record or by name.

@@ -729,5 +729,5 @@ def _by_smoothing(prediction: Prediction, obs: Observations) -> MetersPerSecond:
 
 
 def load_factor(across: Array) -> Array:
-    """The load factor of a level turn, (n,) [-], by the acceleration across the path (n,) [m/s²]."""
+    """The load factor of a level turn, (n,) [-], by the acceleration across it, (n,) [m/s²]."""
     return np.asarray(np.hypot(1.0, across / air.GRAVITY))

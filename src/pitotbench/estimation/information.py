@@ -18,7 +18,7 @@ from scipy.linalg.lapack import dpotrf, dpotrs
 from pitotbench.units import Array
 
 # Of columns that are each scaled to 1, the share of the strongest axis below which an axis is left
-# out: what the other columns must not reproduce of one for it to be independent, and what is rounding.
+# out: what the others must not reproduce of one for it to be independent, and what is rounding.
 SINGULAR = 1e-6
 ROUNDING = 1e-13
 
@@ -87,7 +87,7 @@ class Information:
         return np.asarray(0.5 * fall - _occam(factor))
 
     def drawn(self, count: int, seed: int) -> Array:
-        """Draw the products of columns and residual, (count, m), of rows without any of the sizes."""
+        """Draw products of columns and residual, (count, m), of rows without any of the sizes."""
         own = self.inner[:-1, :-1]
         scale = np.sqrt(np.maximum(np.diag(own), np.finfo(np.float64).tiny))
         # The columns of a short log may depend on each other.
@@ -163,7 +163,7 @@ class Information:
         return np.where(usable, left[:-1, -1] / np.sqrt(np.where(usable, power, 1.0)), 0.0)
 
     def _factored(self, chosen: NDArray[np.intp], scale: Array) -> Array:
-        """The lower Cholesky factor of I + PA, (k, k); what stands above its diagonal is of no use."""
+        """The lower Cholesky factor of I + PA, (k, k); above its diagonal stands nothing of use."""
         scaled = self.inner[chosen[:, None], chosen] * (scale[:, None] * scale)
         scaled.flat[:: len(chosen) + 1] += 1.0
         # LAPACK itself: around matrices of a few sizes SciPy's own functions take ten times as long

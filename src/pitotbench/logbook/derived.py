@@ -105,7 +105,7 @@ def _from_start(seconds: Seconds, header: dict[str, Any]) -> Seconds:
     if len(known) and START not in header:
         moment = datetime(1970, 1, 1) + timedelta(seconds=float(known[0]))
         header[START] = (
-            # To the millisecond, where it is no whole second: two logs of one flight have one clock.
+            # To the millisecond where it is no whole second: two logs of a flight have one clock.
             moment.isoformat(" ", "milliseconds").removesuffix(".000")
             if _counts_from_1970(known)
             else f"{moment:%H:%M:%S}"

@@ -40,7 +40,7 @@ def record_of_table(kind: type[T], table: Mapping[str, Any], name: str, rules: R
 def _validated(
     kind: type[T], tree: dict[str, Any], reading: "_Reading", problems: list[str]
 ) -> T | None:
-    """Return the record of a tree of fields, or None with the type errors appended to `problems`."""
+    """Return the record of a tree of fields, or None with its type errors put to `problems`."""
     # Through JSON: pydantic's strict mode then accepts lists for tuples, but not the text '15' for
     # the number 15.
     from pydantic import ValidationError

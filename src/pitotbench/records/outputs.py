@@ -19,7 +19,7 @@ PAGES = (".html", ".htm")
 
 
 def file_name(path: Path | str) -> str:
-    """Return the name of a file or folder, of `.` and `..` that of the folder which they stand for."""
+    """Return the name of a file or folder; of `.` and `..` that of the folder they stand for."""
     return Path(abspath(path)).name
 
 

@@ -129,11 +129,12 @@ def reader_units(stated: str = "") -> Units:
     )
     if stated or not path.is_file():
         return replace(units_named(stated), source="stated" if stated else "default")
-    found = read_toml(path, "the configuration")
     try:
+        found = read_toml(path, "the configuration")
         return replace(units_named(str(found.get("units", ""))), source=path.name)
-    except ValueError as error:
-        raise BadInputError(f'{path}: {error}; write units = "km/h,m", or delete it') from error
+    except (BadInputError, ValueError) as error:
+        why = str(error).removeprefix(f"{path}: ")
+        raise BadInputError(f'{path}: {why}; write units = "km/h,m", or delete it') from error
 
 
 def units_named(text: str) -> Units:

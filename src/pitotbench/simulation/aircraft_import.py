@@ -124,7 +124,7 @@ def _try_in_child(copy: Path) -> None:
         )
     except subprocess.TimeoutExpired as error:
         raise BadInputError(
-            f"{copy.name}: JSBSim does not load it within {LONGEST_TRIAL:.0f} s; fly a smaller model"
+            f"{copy.name}: JSBSim does not load it in {LONGEST_TRIAL:.0f} s; fly a smaller model"
         ) from error
     if done.returncode < 0:
         raise BadInputError(

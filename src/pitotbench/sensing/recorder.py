@@ -270,8 +270,8 @@ EXACT = {
     "velocity_mps": 0.0,
     "total_source": 0.0,
 }
-# Nor has their receiver a filter or a height that is late, or their static source an error of its own
-# in turns: 1σ of the priors of a calibration.
+# Nor has their receiver a filter or a late height, or their static source an error of its own in
+# turns: 1σ of the priors of a calibration.
 EXACT_COLUMNS = {"receiver_smoothing_s2": 0.0, "turn_lift": 0.0, "height_latency_s": 0.0}
 # What a flight has to hold: for a calibration, and for a log with every column.
 CALIBRATION_CHANNELS = (

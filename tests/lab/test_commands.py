@@ -154,7 +154,7 @@ def test_a_patched_airplane_is_reconciled_and_its_loop_closes(tmp_path, monkeypa
     Path("case.toml").write_text(write_case(case), encoding="utf-8")
     assert bench(["fly", "case.toml", "-o", "log.csv"]) == 0
     asked = ["reconcile", "log.csv", "--aircraft", "navajo+pod", "--close", "found"]
-    # A circle does not tell its power from the efficiency of its propeller: somebody chooses.
+    # The circle tells a set of causes: somebody chooses.
     assert bench([*asked, "--choose", "power_deficit"]) == 0
     told = capsys.readouterr().out
     assert "power deficit (left fraction 0.06" in told

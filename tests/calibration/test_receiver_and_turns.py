@@ -11,6 +11,7 @@ from tests.calibration import trajectories as fixture
 
 from pitotbench import CalibrationOptions, air
 from pitotbench.calibration import calibrate
+from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import COLUMNS
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.units import KNOT
@@ -64,6 +65,16 @@ def test_a_receiver_that_smooths_its_velocity_over_two_seconds_is_held():
     # The trap: where the filter is said to be none, the curve is wrong.
     none = replace(COMMAND, priors={"receiver_smoothing_s2": 0.0})
     assert _inside(replace(log, **slow), none)[1] < 0.5
+
+
+def test_rows_behind_the_last_fix_do_not_change_the_acceleration_before_it():
+    """A velocity is held behind the last fix: a turn that goes on there does not end in the log."""
+    path = _circles_and_legs()
+    log = fixture.fly(tuple(each[: 100 * RATE + 3] for each in path), RATE, 1, fixture.Air())
+    last = np.flatnonzero(log.gps_fresh)[-1]
+    whole, cut = (observe(each, COMMAND) for each in (log, log.select(slice(0, last + 1))))
+    assert len(log) > last + 1
+    np.testing.assert_array_equal(whole.acceleration, cut.acceleration)
 
 
 def test_a_recorder_that_stores_means_is_a_smoothing_over_a_twelfth_of_the_square_of_its_interval():

@@ -121,6 +121,8 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     maneuvers = product / "simulation" / "maneuvers"
     _append(maneuvers / "turns.py", S_TURN)
     _insert(maneuvers / "__init__.py", S_TURN_ROW, before=")\n\nMANEUVERS = Catalog(")
+    case = product / "records" / "case.py"
+    _insert(case, '        "s_turn",\n', before='        "diagnostic",\n    ],')
     row = "| `s_turn` | half circles to both sides; 160, 130, 100 KCAS | 5.0 | | |\n"
     _insert(copy / "docs" / "howto" / "plan-a-flight.md", row, before="| `cloverleaf` | three")
 

@@ -53,6 +53,7 @@ def block_of(
     places = [(len(along) + i, Cell("airspeed_along", "", "time")) for i in range(len(cells))]
     return SimpleNamespace(
         keys=tuple(along),
+        channels={},
         layout=SimpleNamespace(places=places),
         null=SimpleNamespace(gap_bayes_factor=THRESHOLDS.gap_bayes_factor),
         equations=equations,

@@ -76,7 +76,7 @@ def weigh(evidence: Information, columns: Sequence[int], prior: Prior) -> Weighe
     means = np.array([f.mean for f in found])
     variances = np.array([np.diag(f.covariance) for f in found])
     spread = np.sqrt(np.maximum(variances, SMALLEST))
-    inside = _log_inside(means, spread, prior.low, prior.high) - _log_inside(
+    inside = log_inside(means, spread, prior.low, prior.high) - log_inside(
         np.zeros_like(means), deviations, prior.low, prior.high
     )
     logs = np.array([f.log_evidence for f in found]) + inside.sum(axis=1) - np.log(len(scales))
@@ -85,7 +85,7 @@ def weigh(evidence: Information, columns: Sequence[int], prior: Prior) -> Weighe
     return Weighed(total, sizes, deviations[int(np.argmax(logs))])
 
 
-def _log_inside(mean: Array, spread: Array, low: Array, high: Array) -> Array:
+def log_inside(mean: Array, spread: Array, low: Array, high: Array) -> Array:
     """Logarithm of the probability that normal numbers lie in their ranges."""
     upper, lower = (high - mean) / spread, (low - mean) / spread
     flip = (

@@ -21,7 +21,6 @@ from pitotbench.reconciliation.null_distribution import NullDistribution, theore
 from pitotbench.reconciliation.regression import (
     Block,
     Fitted,
-    Member,
     Regression,
     Sizes,
     block_of,
@@ -29,6 +28,7 @@ from pitotbench.reconciliation.regression import (
     keys_of,
 )
 from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
+from pitotbench.reconciliation.sets import Member
 from pitotbench.reconciliation.shown_flight import ShownFlight
 from pitotbench.reconciliation.signatures import FITTED, returns
 from pitotbench.reconciliation.thresholds import THRESHOLDS

@@ -39,6 +39,7 @@ from pitotbench.reconciliation.renewal import (
     with_parts_of_flight,
     without_sensor_effects,
 )
+from pitotbench.reconciliation.sets import Hypothesis, Member, WeighedSet, weighed_sets
 from pitotbench.reconciliation.signatures import (
     FITTED,
     Key,
@@ -84,6 +85,15 @@ class Block:
         return tuple((s.effect, s.parameter) for s in self.layout.signatures)
 
     @property
+    def channels(self) -> dict[Key, str]:
+        """The channel that each size moves most, in units of its noise."""
+        moved = [
+            np.sum((s.column / self.noise.deviations) ** 2, axis=0) for s in self.layout.signatures
+        ]
+        names = [self.layout.residuals.names[int(np.argmax(power))] for power in moved]
+        return dict(zip(self.keys, names, strict=True))
+
+    @property
     def cells(self) -> range:
         """The columns of the examined cells in the evidence."""
         return range(len(self.layout.signatures), len(self.beyond.inner) - 1)
@@ -121,24 +131,15 @@ def _stands_out(layout: Layout, equations: NormalEquations, null: NullDistributi
 
 
 @dataclass(frozen=True, slots=True)
-class Member:
-    """A hypothesis in the fit: the columns of its sizes, and small columns that its form leaves
-    open, with the deviations of their priors, (k,).
-    """
-
-    name: str
-    columns: tuple[int, ...]
-    deviations: Array
-
-
-@dataclass(frozen=True, slots=True)
 class Found:
     """A gap of the logs beside all others.
 
     `member` explains it best. `forms` is the probability of each hypothesis, given this gap; a term
     of a formula goes by the formula and the term. `unknown` is that of smooth cells, whose largest
     `place` is a channel, a family of channels or `all`. `held_out` is the fall of the sum of
-    squares in parts of the logs to which the sizes were not fitted, over that in the fit.
+    squares in parts of the logs to which the sizes were not fitted, over that in the fit; of the
+    whole set for terms of one moment or force that were weighed together; `near` are then the sets
+    that are nearly as probable as theirs, which is the first.
     """
 
     member: Member
@@ -147,6 +148,12 @@ class Found:
     unknown: float = 0.0
     place: str = ""
     held_out: float = 0.0
+    near: tuple[WeighedSet, ...] = ()
+
+    @property
+    def of_set(self) -> bool:
+        """Whether the gap is a member of a set of one moment or force, weighed together."""
+        return bool(self.near)
 
     @property
     def probability(self) -> float:
@@ -252,26 +259,123 @@ class Regression:
         and left out where it is not needed. Hypotheses `without` which to do take no part.
         """
         gaps, refused = list[Found](), set(without)
-        for _ in range(THRESHOLDS.gaps_most):
-            found = self.beside([gap.member for gap in gaps], refused)
-            if not self._is_taken(found):
-                if not self.shows(found) or found.unknown > THRESHOLDS.likely:
-                    break
-                refused.add(found.member.name)
-                continue
-            gaps.append(found)
         for _ in range(THRESHOLDS.weighings_most):
+            gaps = self._with_more(gaps, refused)
             before = [gap.member.name for gap in gaps]
-            for gap in list(gaps):
-                others = [each for each in gaps if each is not gap]
-                again = self.beside([each.member for each in others], refused)
-                gaps = [again if each is gap else each for each in gaps]
-                if not self._is_taken(again):
-                    gaps = others
+            gaps = self._with_sets(self._weighed_again(gaps, refused), set(without))
             if [gap.member.name for gap in gaps] == before:
                 break
         left = self.beside([gap.member for gap in gaps], refused)
         return _by_effect(gaps), _by_effect([left])[0]
+
+    def _with_more(self, gaps: list[Found], refused: set[str]) -> list[Found]:
+        """Gaps with those that the logs show beside them; what explains nothing is `refused`."""
+        gaps = list(gaps)
+        for _ in range(THRESHOLDS.gaps_most - len(gaps)):
+            found = self.beside([gap.member for gap in gaps], refused)
+            if self._is_taken(found):
+                gaps.append(found)
+            elif not self.shows(found) or found.unknown > THRESHOLDS.likely:
+                break
+            else:
+                refused.add(found.member.name)
+        return gaps
+
+    def _weighed_again(self, gaps: list[Found], refused: set[str]) -> list[Found]:
+        """Gaps each weighed again given the others, and left out where it is not needed. Those of a
+        set were weighed together.
+        """
+        for gap in [gap for gap in gaps if not gap.of_set]:
+            others = [each for each in gaps if each is not gap]
+            again = self.beside([each.member for each in others], refused)
+            taken = self._is_taken(again)
+            gaps = [again if each is gap else each for each in gaps] if taken else others
+        return gaps
+
+    def _with_sets(self, gaps: list[Found], without: set[str]) -> list[Found]:
+        """Gaps with the most probable set of each moment and each force in which there is one."""
+        for names in self._axes.values():
+            own = [gap for gap in gaps if gap.member.name in names]
+            if own:
+                gaps = self._with_best_set(gaps, own, names - without)
+        return gaps
+
+    def _with_best_set(
+        self, gaps: list[Found], own: list[Found], names: frozenset[str]
+    ) -> list[Found]:
+        """Gaps with the most probable set of one moment or force in place of their `own` of it.
+
+        A set of more members has to bring as much for each as a gap does, and it has to hold in
+        parts of the logs left out: parts that hardly excite a term say nothing of it alone.
+        """
+        others = [gap for gap in gaps if gap not in own]
+        rest = [gap.member for gap in others]
+        left = self.evidence.given([c for m in rest for c in m.columns], _deviations(rest))[0]
+        taken = {_cause(member.name) for member in rest}
+        hypotheses = [self._hypothesis(left, n) for n in sorted(names) if _cause(n) not in taken]
+        sets = weighed_sets(left, hypotheses, THRESHOLDS.set_most)
+        now = {gap.member.name for gap in own}
+        held = next((each for each in sets if set(each.names) == now), None)
+        if held is None:
+            return gaps
+        best = held
+        for each in sets:
+            price = self.least_bayes_factor * max(0, len(each.names) - len(held.names))
+            if each.log_weight <= held.log_weight + price:
+                continue
+            if len(each.names) <= len(held.names) or self._holds(rest, each, held):
+                best = each
+                break
+        if len(best.names) < 2 and best is held:
+            return gaps
+        members = best.members
+        least = best.log_weight - THRESHOLDS.set_near
+        near = (best, *(s for s in sets if s is not best and s.log_weight > least))
+        ratio, alone = self.held_out(rest, members), {gap.member.name: gap for gap in own}
+        if best is not held:
+            each_beside = ([*rest, *(m for m in members if m is not member)] for member in members)
+            alone = dict(zip(best.names, map(self.beside, each_beside), strict=True))
+        found = [
+            replace(
+                alone[member.name],
+                member=member,
+                forms=_forms_of_sets(alone[member.name].forms, member.name, near, names),
+                held_out=ratio,
+                near=near,
+            )
+            for member in members
+        ]
+        return [*others, *found]
+
+    def _hypothesis(self, evidence: Information, name: str) -> Hypothesis:
+        """A hypothesis as one of a set, with what its form leaves open where it acts alone."""
+        own, known = (
+            self.columns[name],
+            1.0 - THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown,
+        )
+        odds = self._log_priors[name] + np.log(known / THRESHOLDS.prior_of_none)
+        alone = self._member(evidence, name)[1]
+        left_open = alone.columns[len(own) :], alone.deviations[len(own) :]
+        return Hypothesis(name, _cause(name), own, self._priors[name], float(odds), left_open)
+
+    def _holds(self, rest: Sequence[Member], more: WeighedSet, held: WeighedSet) -> bool:
+        """Whether a set holds better than a smaller one in parts of the logs left out."""
+        held_out, inside = self._gains(rest, more.members)
+        before, _ = self._gains(rest, held.members)
+        return held_out > before and held_out >= THRESHOLDS.held_out_least * inside
+
+    @cached_property
+    def _axes(self) -> dict[str, frozenset[str]]:
+        """The effects of the whole flight that act on each force and each moment, by the channel
+        that they move most.
+        """
+        channels = {k: c for block in reversed(self.blocks) for k, c in block.channels.items()}
+        found: dict[str, set[str]] = {}
+        for name, columns in self.columns.items():
+            channel = channels.get(self.keys[columns[0]], "")
+            if not is_term(name) and lasts(parted(name)[0]) and _is_force_or_moment(channel):
+                found.setdefault(channel, set()).add(name)
+        return {channel: frozenset(names) for channel, names in found.items()}
 
     def shows(self, found: Found) -> bool:
         """Whether a gap is beyond what null flights show."""
@@ -379,6 +483,13 @@ class Regression:
         """Return the fall of the sum of squares by some hypotheses beside others in parts of the
         logs that the sizes are not fitted to, over that in the fit.
         """
+        held, inside = self._gains(members, new)
+        return held / max(inside, NEGLIGIBLE)
+
+    def _gains(self, members: Sequence[Member], new: Sequence[Member]) -> tuple[float, float]:
+        """The fall of the sum of squares by some hypotheses beside others, in parts left out and in
+        the fit.
+        """
         held = inside = 0.0
         for block in self.blocks:
             own = self.shown_columns(block, new)
@@ -386,7 +497,7 @@ class Regression:
             if own:
                 held += block.equations.held_out_gain(own, given)
                 inside += block.equations.fit(own, given).gain
-        return held / max(inside, NEGLIGIBLE)
+        return held, inside
 
     def shown_columns(self, block: Block, members: Sequence[Member]) -> list[int]:
         """The columns of the sizes of some members in a block, without those that forms leave open;
@@ -487,6 +598,35 @@ def _merged(name: str, gaps: Sequence[Found]) -> Found:
 def _whole(name: str) -> str:
     """The effect of a hypothesis with all its sizes; a term stays what it is."""
     return name if is_term(name) else parted(name)[0]
+
+
+def _forms_of_sets(
+    forms: Mapping[str, float],
+    name: str,
+    near: Sequence[WeighedSet],
+    names: frozenset[str],
+) -> dict[str, float]:
+    """The probability of each hypothesis in the place of one member of a set: what those of its
+    moment or force have together, shared by the sets that are nearly as probable as the best.
+    """
+    found = {form: p for form, p in forms.items() if form not in names}
+    whole = sum(p for form, p in forms.items() if form in names)
+    for each, weight in zip(near, whole * _shares(near), strict=True):
+        places = [name] if name in each.names else [n for n in each.names if n not in near[0].names]
+        for place in places or [name]:
+            found[place] = found.get(place, 0.0) + float(weight) / max(1, len(places))
+    return found
+
+
+def _shares(near: Sequence[WeighedSet]) -> Array:
+    """The probabilities of sets that are nearly as probable as the first."""
+    weights = np.exp(np.array([each.log_weight for each in near]) - near[0].log_weight)
+    return np.asarray(weights / weights.sum())
+
+
+def _is_force_or_moment(channel: str) -> bool:
+    """Whether a channel is a component of the specific force or of the angular acceleration."""
+    return channel.startswith("specific_force") or channel.endswith("_acceleration")
 
 
 def _channel_group(channel: str) -> str:
@@ -652,8 +792,29 @@ def fitted_by(regression: Regression, without: Iterable[str] = ()) -> Fitted:
     """Return the gaps of a regression, those with the most evidence first, with their sizes."""
     gaps, left = regression.fit(without)
     ranked = sorted(gaps, key=lambda gap: -gap.log_bayes_factor)
-    sizes = regression.sizes([gap.member for gap in ranked])
-    return Fitted(regression, tuple(ranked), left, sizes)
+    return Fitted(regression, tuple(ranked), left, _sizes_of(regression, ranked))
+
+
+def _sizes_of(regression: Regression, gaps: Sequence[Found]) -> Sizes:
+    """The sizes of all gaps, with bounds that hold those of the sets that are nearly as probable."""
+    sizes = regression.sizes([gap.member for gap in gaps])
+    for near in dict.fromkeys(gap.near for gap in gaps if len(gap.near) > 1):
+        others = [gap.member for gap in gaps if gap.near != near]
+        variances, weights = np.zeros(len(sizes.keys)), np.zeros(len(sizes.keys))
+        for each, share in zip(near, _shares(near), strict=True):
+            rival = regression.sizes([*others, *each.members])
+            for key, size, variance in zip(
+                rival.keys, rival.values, np.diag(rival.covariance), strict=True
+            ):
+                if key in sizes.keys:
+                    place = sizes.keys.index(key)
+                    apart = size - sizes.values[place]
+                    variances[place] += share * (variance + apart**2)
+                    weights[place] += share
+        wider = variances / np.where(weights > 0.0, weights, 1.0) / np.diag(sizes.covariance)
+        scale = np.sqrt(np.maximum(wider, 1.0))
+        sizes = replace(sizes, covariance=sizes.covariance * np.outer(scale, scale))
+    return sizes
 
 
 def _with_vanes(original: Layout, block: Block, fitted: Fitted) -> Layout:

@@ -91,6 +91,8 @@ class Thresholds:
     )
     likely: float = 0.5  # probability from which a gap has no cause in the table
     gaps_most: int = 8  # gaps of one answer, so that the search ends
+    set_most: int = 3  # hypotheses of one moment or force in a set; a fourth has nothing to add to
+    set_near: float = 3.0  # logarithm: sets less probable by more than e³ are no rivals
     weighings_most: int = 2  # times each gap is weighed again given the others
     linearized_most: int = 5  # times the signatures are computed at the sizes that were found
 

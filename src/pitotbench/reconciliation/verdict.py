@@ -25,7 +25,6 @@ from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.regression import (
     Fitted,
     Found,
-    Member,
     Sizes,
     fit_gaps,
     fitted_by,
@@ -34,6 +33,7 @@ from pitotbench.reconciliation.regression import (
     parted,
     with_terms,
 )
+from pitotbench.reconciliation.sets import Member
 from pitotbench.reconciliation.shown_flight import (
     ShownFlight,
     free_sizes,

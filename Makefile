@@ -7,7 +7,7 @@ unexport PYTHONDONTWRITEBYTECODE
 STAMP := $(VENV)/.installed
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test test-product test-lab test-processors lab-bench lab-verify lab-blind wheel-check docs docs-tables lint lock clean
+.PHONY: demo test test-product test-lab test-lab-long test-processors lab-bench lab-verify lab-blind wheel-check docs docs-tables lint lock clean
 
 demo: $(STAMP)
 	$(BIN)/python scripts/run_campaign.py --maneuver step_decrease --das 20/1
@@ -22,9 +22,13 @@ TESTS := -n 2 --dist loadfile --no-loadscope-reorder
 test-product: $(STAMP)
 	$(BIN)/python -m pytest $(TESTS) --ignore tests/lab
 
-# The laboratory's own tests: it proves the product, and no user runs it.
+# The laboratory's own tests: it proves the product, and no user runs it. Those of more than a minute are
+# run before a release.
 test-lab: $(STAMP)
-	$(BIN)/python -m pytest $(TESTS) tests/lab
+	$(BIN)/python -m pytest $(TESTS) -m "not long" tests/lab
+
+test-lab-long: $(STAMP)
+	$(BIN)/python -m pytest $(TESTS) -m long tests/lab
 
 # The numeric tests as on an old processor: its BLAS kernels, and no vector code of NumPy above SSE4.2. What is text is
 # left out, and so is what names a cause or tests/lab/recovery repeats over many flights.

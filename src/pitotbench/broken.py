@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from pitotbench import air
+from pitotbench.normal_equations import inverse
 from pitotbench.timeline import fresh_fixes, minutes_text
 from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY, Array, Booleans
 
@@ -182,23 +183,18 @@ def regress(
     the blocks of `LIMITS.lasting` seconds once, as gusts last as long.
     """
     matrix, shown = columns[:until], reading[:until]
-    scale = np.sqrt(np.mean(matrix**2, axis=0))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    weight = np.zeros(len(scale)) if sizes is None else (sizes * scale) ** -2.0
-    normal, target = (matrix / scale).T @ (matrix / scale), matrix.T @ shown
+    weight = np.zeros(matrix.shape[1]) if sizes is None else sizes**-2.0
+    normal, target = matrix.T @ matrix, matrix.T @ shown
     scatter, before = 0.0, -1.0
     for _ in range(LIMITS.rounds):
-        # The pseudo-inverse; NumPy's own sorts and copies for most of its time.
-        strength, axes = np.linalg.eigh(normal + np.diag(scatter * weight))  # none is below 0
-        known = strength > 1e-12 * strength[-1]
-        inverse = (axes[:, known] / strength[known]) @ axes[:, known].T / np.outer(scale, scale)
-        values: Array = inverse @ target
+        found = inverse(normal + np.diag(scatter * weight))
+        values: Array = found @ target
         left: Array = shown - matrix @ values
-        before, scatter = scatter, float(np.sum(left**2)) / max(len(left) - len(scale), 1)
+        before, scatter = scatter, float(np.sum(left**2)) / max(len(left) - len(values), 1)
         scatter *= LIMITS.lasting / LIMITS.block
         if sizes is None or scatter <= LIMITS.settled * before:
             break
-    return Fit(values, np.asarray(inverse * scatter), left, columns)
+    return Fit(values, found * scatter, left, columns)
 
 
 def follow(part: Part, reading: Array, *others: Array, until: int | None = None) -> Fit:

@@ -1,9 +1,11 @@
 """The bounds of hand-written cards cover as often as they state, over two hundred cards."""
 
 import numpy as np
+import pytest
 from tests.lab.hand_card_figures import coverage
 
 
+@pytest.mark.long
 def test_coverage_on_two_hundred_cards():
     """Half of three legs a point and half of four; development seeds. 1,000 points, a curve each."""
     found = coverage(4001, 200)

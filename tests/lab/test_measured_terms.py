@@ -17,6 +17,7 @@ def reconciled(aircraft, fitted, held=()):
 
 
 # Until which minute, of those from 46 on, flaps and gear are up.
+@pytest.mark.long
 @pytest.mark.parametrize(
     "minute",
     [

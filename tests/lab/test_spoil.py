@@ -7,7 +7,7 @@ import os
 import pytest
 from tests.lab.spoil import FAULTS, Result, _fault, judge_all, spoil
 
-COUNT = 500
+COUNT = 150
 
 pytestmark = pytest.mark.skipif(
     not hasattr(os, "fork"), reason="each input is run in a process of its own"

@@ -17,7 +17,7 @@ from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.calibration.prediction import curve_airspeeds
 from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, scale_of
 from pitotbench.calibration.result import assemble
-from pitotbench.estimation.information import ROUNDING, Information, information_from, inverse
+from pitotbench.estimation.information import Information, information_from
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.checks import (
     flights_between_stops,
@@ -25,6 +25,7 @@ from pitotbench.logbook.checks import (
     require_one_airplane,
 )
 from pitotbench.logbook.same_flight import overlap, recorders
+from pitotbench.normal_equations import ROUNDING, inverse
 from pitotbench.records import BadInputError, NoAnswerError, UndeterminedError
 from pitotbench.records.calibration import (
     CalibratedFlight,

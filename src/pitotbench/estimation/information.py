@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpotrf, dpotrs
 
+from pitotbench.normal_equations import inverse
 from pitotbench.units import Array
 
 # Of columns that are each scaled to 1, the share of the strongest axis below which an axis is left
-# out: what the others must not reproduce of one for it to be independent, and what is rounding.
+# out: what the others must not reproduce of one for it to be independent.
 SINGULAR = 1e-6
-ROUNDING = 1e-13
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,21 +197,6 @@ def information_from(normal: Array, right: Array, square: float = 0.0) -> Inform
     and that of the residual.
     """
     return Information(np.block([[normal, right[:, None]], [right[None], np.array([[square]])]]))
-
-
-def inverse(matrix: Array, least: float = ROUNDING) -> Array:
-    """Return the inverse of a symmetric matrix without negative powers, of columns in any units.
-
-    Each column is scaled to 1. Axes with less than the share `least` of the strongest are left out,
-    and so is an empty column.
-    """
-    diagonal = np.diag(matrix)
-    scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
-    powers, axes = np.linalg.eigh(matrix * (scale[:, None] * scale))
-    known = powers > least * np.max(powers, initial=0.0)
-    return np.asarray(
-        (axes[:, known] / powers[known]) @ axes[:, known].T * (scale[:, None] * scale)
-    )
 
 
 def _solved(factor: Array, right: Array) -> Array:

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.estimation.information import ROUNDING, Information, SizePosterior
+from pitotbench.estimation.information import Information, SizePosterior
 from pitotbench.estimation.noise import robust_deviation
+from pitotbench.normal_equations import ROUNDING
 from pitotbench.reconciliation.free_parameters import fit_free_parameters
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import ORDER, NoiseModel, learned

@@ -7,7 +7,8 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from pitotbench.effects import effect_of
-from pitotbench.estimation.information import SINGULAR, Information, inverse
+from pitotbench.estimation.information import SINGULAR, Information
+from pitotbench.normal_equations import inverse
 from pitotbench.reconciliation.equations import Fit, NormalEquations
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import ScoreScale, size_label

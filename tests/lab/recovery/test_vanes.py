@@ -74,6 +74,7 @@ def test_a_vane_that_is_off_beside_a_lift_slope_leaves_both_their_sizes() -> Non
     assert told.two_sigma < 0.03
 
 
+@pytest.mark.long
 def test_a_stiffer_airplane_has_a_sound_vane() -> None:
     """Fitted without the effects beside them, its vane came out 0.4° and 5 % off, and its lift
     slope 7 % too flat.

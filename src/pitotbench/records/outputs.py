@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from os.path import abspath
 from pathlib import Path
-from tempfile import TemporaryFile
+from tempfile import TemporaryFile, gettempdir
 from typing import TYPE_CHECKING
 from uuid import uuid4
 
@@ -111,14 +111,19 @@ def atomic(path: Path) -> Iterator[Path]:
     """Give a temporary path in the folder of `path`; rename it to `path` on success, remove it on
     failure.
 
-    A reader therefore never finds half a file. Raises BadInputError where the folder does not exist
-    or cannot be written.
+    A reader therefore never finds half a file. A device or a pipe, such as /dev/null, is written
+    into. Raises BadInputError where the folder does not exist or cannot be written.
     """
+    written_into = path.exists() and not path.is_file()
+    folder = Path(gettempdir()) if written_into else path.parent
     # The random part of the name keeps two processes that write the same file apart.
-    temporary = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
+    temporary = folder / f".{path.name}.{uuid4().hex[:8]}.part"
     try:
         yield temporary
-        temporary.replace(path)
+        if written_into:
+            path.write_bytes(temporary.read_bytes())
+        else:
+            temporary.replace(path)
     except OSError as error:
         raise BadInputError(
             f"{path}: cannot be written: {error.strerror or error}; choose another folder"

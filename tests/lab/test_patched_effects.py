@@ -9,6 +9,7 @@ from pitotbench import Case, fly, sense
 from pitotbench.bench.closing import _is_lasting
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
+from pitotbench.effects.effect import Sizes
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
@@ -20,7 +21,6 @@ from pitotbench.simulation.modified import install_variant
 PATCHED = [name for name in EFFECTS if _is_lasting(name)]
 SHAPES = {"polar_bend": {"onset": 0.2}}  # the card does not reach the usual one
 NEAR = 0.03  # of a size: a column is computed once a second, the airplane ten times
-NOT_LINEAR = 0.4  # of a size: what is scaled is scaled again
 
 
 @pytest.fixture(scope="module")
@@ -54,11 +54,23 @@ def test_a_patch_takes_its_effect_off_the_log_once(name, reference, tmp_path, mo
     off = flown[0].base.values - flown[1].base.values
     column = residual_change(effect, flown[0], sizes)
     half = {p.name: 0.5 * sizes[p.name] for p in effect.parameters if not p.shape}
-    again = 2.0 * residual_change(effect, flown[1], {**sizes, **half})
-    column, again, off = (
-        each / np.std(reference.base.values, axis=0) for each in (column, again, off)
+    again = residual_change(effect, flown[1], {**sizes, **half})
+    grown = residual_change(effect, flown[0], {**sizes, **_grown(name, sizes, half)}) - column
+    column, again, grown, off = (
+        each / np.std(reference.base.values, axis=0) for each in (column, again, grown, off)
     )
-    power = np.sum(column**2)
-    left = 1.0 - np.sum(column * off) / power
+    left = 1.0 - np.sum(column * off) / np.sum(column**2)
     assert left == pytest.approx(0.0, abs=NEAR)
-    assert np.sum(column * again) / power == pytest.approx(1.0, abs=NOT_LINEAR)
+    assert np.sum(grown * again) / np.sum(grown**2) == pytest.approx(1.0, abs=NEAR)
+
+
+def _grown(name: str, sizes: Sizes, more: Sizes) -> Sizes:
+    """The sizes that an airplane with some `sizes` has when `more` is patched into it: the sum, but
+    a lift curve that is scaled is scaled again, with the constant that was added to it.
+    """
+    grown = {key: sizes[key] + more[key] for key in more}
+    if name == "lift_slope":
+        both = sizes["change"] * more["change"], sizes["zero_coefficient"] * more["change"]
+        grown["change"] += both[0]
+        grown["zero_coefficient"] += both[1]
+    return grown

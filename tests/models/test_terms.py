@@ -17,11 +17,12 @@ from pitotbench.bench.workflow import NamedLog, entries, reconcile_fully
 from pitotbench.cli import main
 from pitotbench.effects.overlay import FunctionScaling, Overlay, product
 from pitotbench.models.identification import align_vane, maneuvers_of
-from pitotbench.models.maneuver_model import in_place_of_log
+from pitotbench.models.maneuver_model import air_model, in_place_of_log
 from pitotbench.models.sidpac import read_identification
+from pitotbench.records.case import EffectSpec
 from pitotbench.records.maneuver import Maneuver
 from pitotbench.records.motion import Motion
-from pitotbench.simulation.modified import overlay_of
+from pitotbench.simulation.modified import install_variant, overlay_of
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import POUND_FORCE
 from pitotbench.simulation.unit_forces import UNIT_AXES, measure_terms, unit_overlay
@@ -104,6 +105,24 @@ def _maneuver(seed, *scalings):
 
 def _scaled(name, factor):
     return FunctionScaling(f"aero/coefficient/{name}", product(factor, 1.0), product(0.0, 1.0))
+
+
+def test_a_patched_mass_is_added_to_the_measured_one_once(tmp_path, monkeypatch):
+    """What a patch says that nobody weighed is moved as well, by the same forces of the air."""
+    monkeypatch.chdir(tmp_path)
+    install_variant("navajo", "heavier", [EffectSpec("mass", {"mass_kg": 150.0})])
+    motion = _motion(5, 2_900.0)
+    light, heavy = (air_model(name, ()) for name in ("navajo", "navajo+heavier"))
+    assert heavy.mass == pytest.approx(light.mass)  # the weight sheet lacks it, as the log does
+    here, there = (model.react(motion) for model in (light, heavy))
+    # A heavier airplane turns its path less, and the terms over that rate change a little.
+    for name in ("specific_force_x", "specific_force_y", "specific_force_z"):
+        expected = getattr(here, name) * 2_900.0 / 3_050.0
+        np.testing.assert_allclose(getattr(there, name), expected, rtol=2e-3, atol=1e-6)
+    here, there = (model.unit_forces(motion, frozenset()) for model in (light, heavy))
+    for axis, change in here.changes.items():
+        expected = change[:, :3] * 2_900.0 / 3_050.0
+        np.testing.assert_allclose(there.changes[axis][:, :3], expected, rtol=1e-6, atol=1e-9)
 
 
 HIDDEN = {"CLalpha": 1.4, "CmDe": 0.75, "Cnb": 0.7, "Clp": 1.3}

@@ -5,11 +5,13 @@ import shutil
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pitotbench import BadInputError
 from pitotbench.cli.app import main
 from pitotbench.models.comparison import compare_models
+from pitotbench.records.comparison import ChannelChange, ModelComparison, TermChange
 from pitotbench.show.comparison import comparison_sentences
 from pitotbench.simulation.aircraft import find_aircraft
 
@@ -80,6 +82,31 @@ def test_a_lift_slope_20_percent_larger_is_told_as_that_and_nothing_else(steeper
         *("lift", "drag", "side force", "pitch moment", "roll moment", "yaw moment")
     }
     assert {each["phase"] for each in found["located"]} >= {"leg", "climb", "turn", "sideslip left"}
+
+
+def test_a_wing_that_is_larger_says_by_how_much_and_how_the_airplane_flies(steeper, capsys):
+    assert main(["compare", str(OLD), str(steeper), "--json"]) == 0
+    flown = json.loads(capsys.readouterr().out)["flown"]
+    flown = {each["name"]: each["new"] / each["old"] for each in flown}
+    # A fifth more lift of wing and body carries the weight at down to 1/√1.2 of the speed; the
+    # elevator's part is as it was.
+    assert 1.2**-0.5 < flown["stall speed"] < 0.96
+    assert main(["compare", str(OLD), str(steeper)]) == 0
+    assert "It flies: stall speed" in capsys.readouterr().out
+
+
+def test_channels_that_grow_by_one_factor_are_told_together():
+    def change(name, share, growth):
+        return ChannelChange(name, "", "lb", 8.0, 10.0, share, 0.002, growth)
+
+    channels = (change("pitch moment", 0.07, None), change("drag", 0.034, 0.034))
+    channels += (change("lift", 0.034, 0.034),)
+    term = TermChange("wing area", "wing area", "ft²", 174.0, 180.0, channels)
+    found = ModelComparison("a", "b", "diagnostic", np.empty(0), {}, channels, (), (term,))
+    assert comparison_sentences(found) == [
+        "Wing area 174 → 180 ft² (+3.4 %): drag and lift +3.4 %; pitch moment up to 7 % of the "
+        "largest in the flight."
+    ]
 
 
 def test_a_change_beyond_the_tolerance_is_exit_code_1(steeper, capsys, tmp_path):

@@ -10,7 +10,7 @@ import re
 import shutil
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -22,9 +22,10 @@ from pitotbench.effects.overlay import Baseline
 from pitotbench.effects.own_terms import terms_of
 from pitotbench.models.coefficients import coefficient, coefficient_units, values_of
 from pitotbench.models.file_edits import Edit, apply_edits, content, edits_between, token
+from pitotbench.models.performance import find_main_figures
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
-from pitotbench.records.comparison import ChannelChange, ModelComparison, TermChange
+from pitotbench.records.comparison import ChannelChange, FlownChange, ModelComparison, TermChange
 from pitotbench.records.flight import Flight
 from pitotbench.records.maneuver import CHANNELS
 from pitotbench.records.motion import CONTROLS, ModelForces, Motion
@@ -40,6 +41,7 @@ from pitotbench.units import Array
 
 STEP = 0.5  # s between the states
 SAME = 1e-5  # share of a channel below which a change is rounding
+ALIKE = 0.02  # share of a change that one factor of the channel may leave at most
 MOST_UNEXPLAINED = 0.05  # share of the whole change that the terms may miss before it is reported
 ALONE, TOGETHER = "", "several parts that do not load one by one"
 OTHERS = ("thrust", "power", "weight", "center of gravity", "I_xx", "I_yy", "I_zz", "I_xz")
@@ -101,10 +103,34 @@ def compare_models(
         channels = tuple(_whole(traces, before, motion))
         located = tuple(_located(traces, before, motion, phase))
         terms.sort(key=lambda t: -t.effects[0].share if t.effects else 0.0)
-        remarks = tuple(_remarks(channels, terms))
+        flown: tuple[FlownChange, ...] = ()
+        if channels:
+            say("find the steady flight of both")
+            flown = tuple(_flown(old, new))
         return ModelComparison(
-            old, new, card, motion.time, traces, channels, located, tuple(terms), remarks
+            old,
+            new,
+            card,
+            motion.time,
+            traces,
+            channels,
+            located,
+            tuple(terms),
+            tuple(_remarks(channels, terms)),
+            flown,
         )
+
+
+def _flown(old: str, new: str) -> Iterator[FlownChange]:
+    """Yield the figures of steady flight that both airplanes have."""
+    try:
+        before, after = find_main_figures(old), find_main_figures(new)
+    except (BadInputError, SimulationError):
+        return  # one without a trimmed stall is compared by its forces alone
+    known = {(each.name, each.condition): each.model for each in after.figures}
+    for each in before.figures:
+        if (value := known.get((each.name, each.condition))) is not None:
+            yield FlownChange(each.name, each.condition, each.unit, each.model, value)
 
 
 def _imported(folder: Path, path: str) -> Path:
@@ -250,8 +276,22 @@ def _whole(
 ) -> list[ChannelChange]:
     """Return the change of each channel over the whole motion, the largest share first."""
     everywhere = np.full(len(motion.time), ALONE)
-    found = _located(changes, before, motion, everywhere)
+    channels = _channels(before, motion)
+    found = (
+        replace(each, growth=_growth(channels[each.channel], changes[each.channel]))
+        for each in _located(changes, before, motion, everywhere)
+    )
     return sorted(found, key=lambda each: -each.share)
+
+
+def _growth(old: Array, change: Array) -> float | None:
+    """Return the share of a channel, (n,), that its change, (n,), is throughout; None where it is
+    no constant share.
+    """
+    square = float(old @ old)
+    share = float(old @ change) / square if square else 0.0
+    left = change - share * old
+    return share if share and left @ left <= ALIKE**2 * (change @ change) else None
 
 
 def _located(
@@ -326,7 +366,8 @@ def _only_number(edit: Edit) -> tuple[str, str, float | None, float | None]:
     changed = changed_values[0][1]
     around = [each for each in pair[1].iter() if each is changed or changed in list(each)]
     unit = next((each.get("unit", "") for each in around[::-1] if each.get("unit")), "")
-    return "" if changed is pair[1] else changed.tag, unit, old, new
+    leaf = "" if changed is pair[1] else changed.tag
+    return leaf, unit.lower().replace("ft2", "ft²").replace("m2", "m²"), old, new
 
 
 def _remarks(channels: Sequence[ChannelChange], terms: Sequence[TermChange]) -> Iterator[str]:

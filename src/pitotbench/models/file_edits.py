@@ -10,6 +10,7 @@ from pitotbench.simulation.aircraft_files import parse_xml
 from pitotbench.simulation.aircraft_import import PROSE
 
 Key = tuple[str, ...]
+METRICS = {"wingarea": "wing area", "wingspan": "wing span", "chord": "mean chord"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +30,8 @@ class Edit:
     def part(self) -> str:
         """The part in the file's words."""
         kind, *names = self.key
+        if kind == "metrics" and names[-1] in METRICS:
+            return METRICS[names[-1]]
         named = " ".join(name for name in names if name)
         change = (
             ""

@@ -1,6 +1,6 @@
 """Find the performance of an aircraft in steady flight: stall, climb, cruise, glide and ceiling."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import isfinite, tan
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,6 +13,7 @@ from pitotbench.models.steady_flight import (
     NOT_FOUND,
     Figures,
     PerformanceModel,
+    best_climb,
     find_ceiling,
     level_flight,
     refine,
@@ -28,6 +29,7 @@ from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY
 CRUISE_HEIGHTS = tuple(h * FOOT for h in (2000.0, 8000.0, 15000.0, 25000.0, 35000.0))
 CRUISE_LEVERS = (0.6, 0.75, 1.0)
 MOVED = 0.005  # share of the stall speed that flaps must change
+Family = tuple[str, Callable[[PerformanceModel], Figures]]
 
 
 def find_performance(aircraft: str, handbook: Path | None = None) -> Performance:
@@ -40,10 +42,21 @@ def find_performance(aircraft: str, handbook: Path | None = None) -> Performance
     SimulationError where the aircraft has no steady flight at all.
     """
     rows = read_handbook(handbook) if handbook is not None else []
+    return _performance(aircraft, (*((row.words, row.figures) for row in rows), *FAMILIES))
+
+
+def find_main_figures(aircraft: str) -> Performance:
+    """Return stall, glide, climb and top speed of an aircraft, some two seconds of work. Names and
+    errors are those of `find_performance`.
+    """
+    return _performance(aircraft, MAIN_FAMILIES)
+
+
+def _performance(aircraft: str, families: Iterable[Family]) -> Performance:
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
         model = PerformanceModel.load(aircraft, Path(scratch))
         found, skipped = [], []
-        for name, of in (*((row.words, row.figures) for row in rows), *FAMILIES):
+        for name, of in families:
             try:
                 if of in POWERED and model.no_engine:
                     raise SimulationError(model.no_engine)
@@ -142,10 +155,25 @@ def _glides(model: PerformanceModel) -> Figures:
     )
 
 
-FAMILIES: tuple[tuple[str, Callable[[PerformanceModel], Figures]], ...] = (
+def _full_throttle(model: PerformanceModel) -> Figures:
+    place = f"{_height_words(GLIDE_HEIGHT)}, full throttle"
+    best, several = best_climb(model, GLIDE_HEIGHT, slowest_speed(model, GLIDE_HEIGHT))
+    level = level_flight(model, GLIDE_HEIGHT, 1.0, several)
+    rate = best.climb_rate / FOOT * 60.0 if best else float("nan")
+    speed = level.state.speed / KNOT if level else float("nan")
+    yield PerformanceFigure("best rate of climb", place, rate, "ft/min")
+    yield PerformanceFigure("cruise speed", place, speed, "KTAS")
+
+
+FAMILIES: tuple[Family, ...] = (
     ("stall speed", _stalls),
     ("climb and ceiling", _climbs),
     ("cruise", _cruises),
     ("glide", _glides),
 )
-POWERED = (_climbs, _cruises)
+MAIN_FAMILIES: tuple[Family, ...] = (
+    ("stall speed", _stalls),
+    ("glide", _glides),
+    ("climb and cruise", _full_throttle),
+)
+POWERED = (_climbs, _cruises, _full_throttle)

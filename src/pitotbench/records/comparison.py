@@ -12,7 +12,8 @@ class ChannelChange:
     [`unit`].
 
     `share` is the largest change over the channel's largest value in the whole motion,
-    `coefficient` the root mean square as a coefficient; None where the channel has none.
+    `coefficient` the root mean square as a coefficient; None where the channel has none. `growth`
+    is the share by which the channel is larger at every instant alike; None where it is not.
     """
 
     channel: str
@@ -22,6 +23,7 @@ class ChannelChange:
     largest: float
     share: float
     coefficient: float | None
+    growth: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +44,24 @@ class TermChange:
 
 
 @dataclass(frozen=True, slots=True)
+class FlownChange:
+    """A figure of steady flight of the old and of the new airplane [`unit`]."""
+
+    name: str
+    condition: str
+    unit: str
+    old: float
+    new: float
+
+
+@dataclass(frozen=True, slots=True)
 class ModelComparison:
     """What changed in flight between two files of an airplane, along a motion that the old one
     flew.
 
     `time` [s] is that of the motion, (n,), and `traces` the change of each channel that changed,
     (n,). `located` holds the phases of each channel. `remarks` say what the terms do not add up to.
+    `flown` are the figures of steady flight; () where nothing changes in flight.
     """
 
     old: str
@@ -59,6 +73,7 @@ class ModelComparison:
     located: tuple[ChannelChange, ...]
     terms: tuple[TermChange, ...]
     remarks: tuple[str, ...] = ()
+    flown: tuple[FlownChange, ...] = ()
 
     @property
     def largest(self) -> float:

@@ -113,7 +113,8 @@ def plan_columns(plan: Plan) -> list[Column[Forecast]]:
 
     wanted = "" if want is None else f"flights for ±{want / KNOT:g} kt"
     return [
-        Column("maneuver", lambda each: each.maneuver, key="maneuver"),
+        Column("maneuver", lambda each: words(each.maneuver)),
+        Column("", lambda each: each.maneuver, key="maneuver"),
         Column("", lambda each: dict(each.card), key="card"),
         Column("recorded", lambda each: each.minutes, "min", ".1f", "minutes"),
         Column("in the air", lambda each: each.elapsed_minutes, "min", ".1f", "elapsed_minutes"),
@@ -249,14 +250,15 @@ def _briefed(plan: Plan) -> list[Forecast]:
 
 
 def plan_tree(plan: Plan) -> list[Node]:
-    """The recommendation, the conditions, the table, and the maneuvers that cannot be flown."""
+    """The recommendation with its pictures, the card, the table, and what cannot be flown."""
+    more = (Figure("pitotbench.show.plan_panels.plan_panels", (plan,)),)
     return [
         *map(Sentence, plan_advice(plan)),
-        Figure("pitotbench.show.plan_panels.bounds_panels", (plan,), "main"),
-        Figure("pitotbench.show.plan_panels.plan_panels", (plan,)),
-        Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
+        *([Figure("pitotbench.show.plan_panels.bounds_panels", (plan,))] * bool(plan.forecasts)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
         *(n for each in _briefed(plan) for n in pilot_card(card_name(plan, each), each.legs)),
+        Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),), SOURCES),
+        Heading("By airspeed, and the ground covered", more, SOURCES),
         Heading("How to read this", (*map(Sentence, _READING),), SOURCES),
     ]
 

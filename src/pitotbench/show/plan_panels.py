@@ -1,7 +1,6 @@
-"""The pictures of a plan: the bound against minutes and against airspeed, and the ground tracks."""
+"""The pictures of a plan: the bound of each card and its minutes, the bound by airspeed, the ground."""
 
 from collections.abc import Sequence
-from math import log
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,49 +12,55 @@ from pitotbench.show.style import (
     BLUE,
     GREEN,
     GREY,
-    INK,
     ORANGE,
     PALE,
     PURPLE,
     RED,
     SKY,
+    WIDE,
+    Mark,
     Panel,
-    bars,
     drawing,
     frame,
     ground,
-    level,
     line,
     panel,
 )
 from pitotbench.show.words import words
 from pitotbench.units import KNOT, NAUTICAL_MILE
 
-# drawing order of names, above lines: the background of a name hides no other card's dot
-_BELOW_DOTS = 3.0
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)  # of the best maneuvers, which are drawn
 _TRACKS = 3
 _BOX = np.array([[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]])  # corners of a square, in its sides
-_LINE = 0.043  # height of a line of names, as a share of the axis
-_NAME_WIDTH = 0.4  # of a name, in ln of the minutes
-_CLOSE = 0.2  # ln of the bounds, by which dots that are close differ at most
-_LARGE = (7.4, 4.0)  # in, width and height
+_ROW = 0.23  # in, height of a card's row
 _SQUARE = (3.8, 3.6)  # in
 
 
 def bounds_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
-    """The picture of a plan: the bound over the minutes."""
-    return [
-        panel(
-            "How well the curve is known, against minutes",
-            lambda axes: draw_bounds(axes, plan),
-            "A dot is a card flown once, with its 1σ between flights. The line from a dot is the "
-            "same card flown repeatedly: four times the minutes halve the bound. Both scales are "
-            "logarithmic, so that these lines are straight.",
-            size=_LARGE,
-            units=units,
+    """The pictures of a plan, a row a card: its bound flown once, and the minutes for the wanted
+    one where there is one.
+    """
+    rows = _rows(plan)
+    size = (WIDE[0], 0.9 + _ROW * len(rows))
+    title = "±2σ of the curve from one flight"
+    note = "The bar is the 1σ between flights. Written beside it: the minutes recorded."
+    if not all(_is_allowed(plan, each) for each in rows):
+        note += " A hollow dot does not fit into the minutes or the box."
+    found = [panel(title, lambda axes: draw_bounds(axes, plan), note, size, units=units)]
+    if (want := plan.want) is not None:
+        minutes = [each.times_for(want) * each.minutes for each in rows]
+        flights = [f"{each.times_for(want)} flights" for each in rows]
+        draw = drawing(
+            *_named_dots(plan, rows, minutes, flights),
+            frame("minutes recorded in all [min]", "", xlim=(0.0, 1.35 * max(minutes))),
         )
-    ]
+        wanted = f"Minutes until ±{want / KNOT:g} kt (2σ)"
+        found.append(panel(units.text(wanted), draw, size=size, units=units))
+    return found
+
+
+def _rows(plan: Plan) -> list[Forecast]:
+    return [*([plan.improved] if plan.improved else []), *plan.forecasts]
 
 
 def plan_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
@@ -91,75 +96,49 @@ def plan_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
 
 
 def draw_bounds(axes: Axes, plan: Plan) -> None:
-    """Draw ±2σ [kt] against minutes, both logarithmic: a line of slope −½ is a card flown
-    repeatedly.
-    """
-    shown = [*plan.forecasts, *([plan.improved] if plan.improved else [])]
-    last = max(1.6 * max(each.minutes for each in shown), 1.1 * (plan.minutes or 0.0))
-    for each in shown:
-        minutes = np.geomspace(each.minutes, last, 20)
-        color, marker, size = _look(plan, each)
-        bounds = [each.mean_in(m) / KNOT for m in minutes]
-        line(minutes, bounds, color=color, lw=0.6, alpha=0.5)(axes)
-        bars(
-            each.minutes, each.mean / KNOT, each.spread / KNOT,
-            fmt=marker, ms=size, color=color, elinewidth=0.8, zorder=_BELOW_DOTS + 1.0,
-        )(axes)  # fmt: skip
-    if plan.want is not None:
-        wanted = plan.want / KNOT
-        level(wanted, color=GREEN, ls="--", lw=1.4, label=f"wanted, {wanted:g} kt")(axes)
-    if plan.minutes is not None:
-        axes.axvline(plan.minutes, color=ORANGE, ls="--", label=f"{plan.minutes:g} min")
-    frame(
-        "time recorded, log scale [min]",
-        "mean ±2σ of the curve, log scale [kt]",
-        xscale="log",
-        yscale="log",
-        xlim=(0.62 * min(each.minutes for each in shown), last),
+    """Draw ±2σ [kt] of each card flown once with its 1σ between flights, a row a card."""
+    rows = _rows(plan)
+    bounds = [each.mean / KNOT for each in rows]
+    texts = [f"{each.minutes:.1f} min" for each in rows]
+    drawing(
+        *_named_dots(plan, rows, bounds, texts, [each.spread / KNOT for each in rows]),
+        frame("mean ±2σ of the curve [kt]", "", xlim=(0.0, 1.4 * max(bounds))),
     )(axes)
-    _name_dots(axes, plan, shown)
-    for axis in (axes.xaxis, axes.yaxis):  # plain numbers on logarithmic axes
-        low, high = axis.get_view_interval()
-        ticks = [m * 10.0**d for d in range(-4, 4) for m in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)]
-        inside = [t for t in ticks if low <= t <= high]
-        axis.set_ticks(inside, [f"{t:g}" for t in inside])
-        axis.set_ticks([], minor=True)
 
 
-def _look(plan: Plan, each: Forecast) -> tuple[str, str, float]:
-    """Color, marker and size of a card's dot."""
-    if each is plan.improved:
-        return RED, "*", 10.0
-    return (BLUE, "o", 6.0) if each is plan.best else (GREY, "o", 5.0)
+def _is_allowed(plan: Plan, each: Forecast) -> bool:
+    return each.fits(plan.box) and each.ends_in(plan.minutes)
 
 
-def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
-    """Write the names next to the dots; to the right where another dot is close on the left, and
-    pushed apart.
+def _named_dots(
+    plan: Plan,
+    rows: Sequence[Forecast],
+    values: Sequence[float],
+    texts: Sequence[str],
+    spreads: Sequence[float] | None = None,
+) -> list[Mark]:
+    """A dot a card in a row of its own with its name at the axis and a text beside it; hollow where
+    it does not fit into the minutes or the box of the request.
     """
-    low, high = axes.get_ylim()
-    line = (low / high) ** _LINE  # the axis is logarithmic: a line down is a ratio
-    lowest: list[
-        tuple[bool, float, float]
-    ] = []  # side, minutes and height of the names written so far
-    for each in sorted(shown, key=lambda f: -f.mean):
-        gaps = [
-            (log(each.minutes / other.minutes), abs(log(each.mean / other.mean))) for other in shown
-        ]
-        right = any(0.0 < before < _NAME_WIDTH and above < _CLOSE for before, above in gaps)
-        near = [
-            h for side, m, h in lowest if side == right and abs(log(m / each.minutes)) < _NAME_WIDTH
-        ]
-        height = min([each.mean / KNOT, *(line * h for h in near)])
-        lowest.append((right, each.minutes, height))
-        axes.annotate(
-            card_name(plan, each),
-            (each.minutes, each.mean / KNOT),
-            xytext=((1.03 if right else 0.97) * each.minutes, height),
-            ha="left" if right else "right",
-            va="center",
-            fontsize=8,
-            bbox={"facecolor": "white", "alpha": 0.9, "linewidth": 0.0, "pad": 0.5},
-            color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
-            zorder=_BELOW_DOTS,
-        )
+
+    def draw(axes: Axes) -> None:
+        for row, each in enumerate(rows):
+            color = BLUE if each in (plan.best, plan.improved) else GREY
+            fill = color if _is_allowed(plan, each) else "white"
+            spread = 0.0 if spreads is None else spreads[row]
+            across = [[spread]]
+            look = {"fmt": "o", "ms": 5.0, "mfc": fill, "elinewidth": 0.8}
+            axes.errorbar(values[row], row, xerr=across, color=color, **look)  # type: ignore[arg-type]
+            axes.annotate(
+                texts[row],
+                (values[row] + spread, row),
+                xytext=(5.0, 0.0),
+                textcoords="offset points",
+                va="center",
+                fontsize=8,
+            )
+        axes.set_yticks(range(len(rows)), [card_name(plan, each) for each in rows])
+        axes.invert_yaxis()
+        axes.grid(axis="y", visible=False)
+
+    return [draw]

@@ -111,8 +111,12 @@ def test_the_service_ceiling_lies_where_the_climb_is_100_feet_a_minute(navajo):
     assert 25_000.0 + rates[1][0] / slope == pytest.approx(absolute, rel=0.03)
 
 
-def test_what_a_model_lacks_is_told(capsys):
-    assert main(["aircraft", "performance", "J3Cub", "--json"]) == 0
+def test_what_a_model_lacks_is_told(capsys, tmp_path):
+    page = tmp_path / "page.html"
+    assert main(["aircraft", "performance", "J3Cub", "--json", "--report", str(page)]) == 0
+    shown = page.read_text(encoding="utf-8")
+    assert "it stalls at" in shown
+    assert "calibrated airspeed [kt]" in shown
     told = json.loads(capsys.readouterr().out)
     assert {"name": "stall speed", "reason": "the flaps of the model change no lift"} in told[
         "skipped"

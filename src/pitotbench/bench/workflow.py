@@ -316,8 +316,10 @@ def reconcile_fully(
         say("flying the card again")
         again = as_the_log_shows(judged_logs[main].card, shown)
         flown = fly_again(judged_logs[main].log, again, effects)
-    groups = [tuple(each.name for each in gap.causes) for gap in verdict.explained if refly]
-    following = maneuver_to_fly(groups, [each.card.maneuver for each in judged_logs if each.card])
+    # Who flew no card of the bench gets none to fly: the advice says what the next flight needs.
+    cards = [each.card.maneuver for each in judged_logs if each.card and each.card.maneuver]
+    groups = [tuple(c.name for c in gap.causes) for gap in verdict.explained if refly and cards]
+    following = maneuver_to_fly(groups, cards)
     block, fit = shown.block, shown.fit
     found = {parted(member.name)[0] for member in judged.fitted.members}
     over_time = traces(block, fit)

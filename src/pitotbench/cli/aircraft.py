@@ -19,7 +19,7 @@ from pitotbench.records import BadInputError
 # The flags that each action has.
 _FLAGS = {
     "check": ("maneuver", "seed", "report"),
-    "performance": ("handbook", "linear", "json"),
+    "performance": ("handbook", "linear", "json", "report"),
     "indicator": ("out", "configuration"),
 }
 
@@ -41,7 +41,7 @@ FLAGS = (
     ),
     flag("--maneuver", help="check: maneuvers to fly, with commas (default: the paper's five)"),
     flag("--seed", type=int, help="check: truth seed of the turbulence (default: 1)"),
-    flag("--report", type=Path, help="check: also write a page with pictures (HTML)"),
+    flag("--report", type=Path, help="check, performance: also write a page with pictures (HTML)"),
     flag(
         "--handbook",
         type=Path,
@@ -94,14 +94,16 @@ def _performance(options: argparse.Namespace) -> int:
     from pitotbench.show.inspection import performance_json, performance_tree
     from pitotbench.show.linear_model import linear_json, linear_tree
 
+    require_page(options.report, [options.handbook] if options.handbook else [])
     if options.linear:
         if options.handbook:
             raise BadInputError("--handbook has no figure of a linear model; leave it out")
         model = linearize(options.aircraft)
-        tell(options, lambda: linear_json(model), lambda: linear_tree(model))
+        tell(options, lambda: linear_json(model), lambda: linear_tree(model), "Its linear model")
         return DONE
     found = find_performance(options.aircraft, options.handbook)
-    tell(options, lambda: performance_json(found), lambda: performance_tree(found))
+    title = f"What {found.aircraft} can do"
+    tell(options, lambda: performance_json(found), lambda: performance_tree(found), title)
     return DONE if found.figures else NO_ANSWER
 
 

@@ -1,10 +1,7 @@
 """Show two versions of an airplane's file: what changed in flight, in words, tables, JSON, a page."""
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
-
-from matplotlib.axes import Axes
 
 from pitotbench.records.comparison import ChannelChange, FlownChange, ModelComparison, TermChange
 from pitotbench.show.columns import Column, json_rows, with_minus_signs
@@ -19,7 +16,9 @@ from pitotbench.show.style import (
     frame,
     level,
     line,
+    named_rows,
     panel,
+    written,
 )
 from pitotbench.show.tree import SOURCES, Figure, Heading, Node, Notice, Sentence, Table
 from pitotbench.show.words import listed, with_unit
@@ -204,15 +203,11 @@ def change_panels(found: ModelComparison, units: Units = BENCH) -> list[Panel]:
             rows, shares, height=0.6, color=[GREY if c.growth is None else BLUE for c in channels]
         ),
         *(
-            partial(
-                Axes.text, x=max(share, 0.0), y=row, s=_bar_words(each), va="center", fontsize=8
-            )
+            written(max(share, 0.0), row, _bar_words(each))
             for row, share, each in zip(rows, shares, channels, strict=True)
         ),
-        lambda axes: axes.set_yticks(rows, [each.channel for each in channels]),
-        lambda axes: axes.invert_yaxis(),
+        named_rows([each.channel for each in channels]),
         frame("new less old [% of the channel]", "", xlim=(1.6 * min(*shares, 0.0), right)),
-        lambda axes: axes.grid(axis="y", visible=False),
     )
     note = "In blue a channel that is larger or smaller by one factor; in grey the largest change."
     size = (WIDE[0], 0.9 + 0.3 * len(channels))

@@ -268,17 +268,46 @@ SKIPPED_COLUMNS: tuple[Column[tuple[str, str]], ...] = (
 )
 
 
+def performance_sentence(found: Performance) -> str:
+    """The performance in a sentence: stall, climb, cruise and glide, as far as they were found."""
+    first: dict[str, PerformanceFigure] = {}
+    for each in found.figures:
+        # Of cruise the fastest at the lowest height, of all else the first condition.
+        if each.name not in first or (each.name == "cruise speed" and "2,000 ft" in each.condition):
+            first[each.name] = each
+    said = [
+        said.format(_rounded(first[name], first[name].model))
+        for name, said in _SAID.items()
+        if name in first
+    ]
+    return (
+        f"{found.aircraft} at {found.mass / POUND:,.0f} lb, the loading of its file: "
+        f"{', '.join(said) or 'no steady flight was found'}."
+    )
+
+
+_SAID = {  # by figure, its words in the sentence
+    "stall speed": "it stalls at {}",
+    "best rate of climb": "climbs {} at sea level",
+    "service ceiling": "reaches {}",
+    "cruise speed": "flies level at {}",
+    "glide ratio": "glides {} to 1",
+}
+
+
 def performance_tree(found: Performance) -> list[Node]:
     """The performance of an aircraft, beside its handbook where there is one, and what was left
     out.
     """
-    return [
-        Sentence(
-            f"{found.aircraft}: steady flight at {found.mass / POUND:,.0f} lb, the loading of its "
-            "file."
-        ),
+    picture = Figure("pitotbench.show.inspection_panels.performance_panels", (found,))
+    tables = (
         Table(PERFORMANCE_COLUMNS, found.figures),
         Table(SKIPPED_COLUMNS, found.skipped),
+    )
+    return [
+        Sentence(performance_sentence(found)),
+        *([picture] if found.figures else []),
+        *tables,
     ]
 
 

@@ -1,12 +1,18 @@
-"""The pictures of a log: speeds, height and track over time, the tracks flown, the bound to expect."""
+"""The pictures of a log: speeds, height and track over time, the tracks flown, the bound to expect;
+and of an aircraft's performance.
+"""
 
 import numpy as np
 
 from pitotbench import air
 from pitotbench.records.log import FlightLog, LogInspection
+from pitotbench.records.performance import Performance, PerformanceFigure
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
+    BLUE,
+    INK,
     ORANGE,
+    WIDE,
     Mark,
     Panel,
     broken,
@@ -14,8 +20,10 @@ from pitotbench.show.style import (
     drawing,
     frame,
     line,
+    named_rows,
     panel,
     thin,
+    written,
 )
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
 
@@ -58,3 +66,34 @@ def _over_minutes(log: FlightLog, values: Array) -> list[Array]:
     """Minutes since the first row and values, thinned, with gaps where recording paused."""
     time, *thinned = broken(*thin(log.time - log.time[0], values))
     return [time / 60.0, *thinned]
+
+
+def performance_panels(found: Performance, units: Units = BENCH) -> list[Panel]:
+    """The airspeeds of an aircraft, each where it is found first, beside those of a handbook."""
+    first: dict[str, PerformanceFigure] = {}
+    for each in found.figures:
+        if each.unit == "KCAS":
+            name = f"{each.name}, flaps down" if "flaps down" in each.condition else each.name
+            first.setdefault(_AIRSPEEDS.get(name, name), each)
+    known = sorted(first.items(), key=lambda item: item[1].model)
+    if not known:
+        return []
+    marks: list[Mark] = []
+    for row, (_, each) in enumerate(known):
+        marks.append(dots([each.model], [row], color=BLUE, marker="o", ms=5.0, label="model"))
+        marks.append(written(each.model, row, f"{each.model:.0f}"))
+        if each.published is not None:
+            ring = dots(
+                [each.published], [row], color=INK, label="handbook", marker="o", mfc="white"
+            )
+            marks.append(ring)
+    size = (WIDE[0], 0.9 + 0.3 * len(known))
+    draw = drawing(
+        *marks,
+        named_rows([name for name, _ in known]),
+        frame("calibrated airspeed [kt]", "", xlim=(0.0, 1.15 * known[-1][1].model)),
+    )
+    return [panel("Airspeeds", draw, size=size, units=units)]
+
+
+_AIRSPEEDS = {"its speed": "best lift-to-drag ratio"}

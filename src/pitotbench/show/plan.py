@@ -257,7 +257,7 @@ def plan_tree(plan: Plan) -> list[Node]:
         *([Figure("pitotbench.show.plan_panels.bounds_panels", (plan,))] * bool(plan.forecasts)),
         *(Doubt(f"cannot be flown: {name}: {why}") for name, why in plan.refused.items()),
         *(n for each in _briefed(plan) for n in pilot_card(card_name(plan, each), each.legs)),
-        Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),), SOURCES),
+        Heading(plan.conditions, (Table(plan_columns(plan), plan.forecasts),)),
         Heading("By airspeed, and the ground covered", more, SOURCES),
         Heading("How to read this", (*map(Sentence, _READING),), SOURCES),
     ]

@@ -20,11 +20,14 @@ from pitotbench.show.style import (
     WIDE,
     Mark,
     Panel,
+    dots,
     drawing,
     frame,
     ground,
     line,
+    named_rows,
     panel,
+    written,
 )
 from pitotbench.show.words import words
 from pitotbench.units import KNOT, NAUTICAL_MILE
@@ -120,25 +123,15 @@ def _named_dots(
     """A dot a card in a row of its own with its name at the axis and a text beside it; hollow where
     it does not fit into the minutes or the box of the request.
     """
-
-    def draw(axes: Axes) -> None:
-        for row, each in enumerate(rows):
-            color = BLUE if each in (plan.best, plan.improved) else GREY
-            fill = color if _is_allowed(plan, each) else "white"
-            spread = 0.0 if spreads is None else spreads[row]
-            across = [[spread]]
-            look = {"fmt": "o", "ms": 5.0, "mfc": fill, "elinewidth": 0.8}
-            axes.errorbar(values[row], row, xerr=across, color=color, **look)  # type: ignore[arg-type]
-            axes.annotate(
-                texts[row],
-                (values[row] + spread, row),
-                xytext=(5.0, 0.0),
-                textcoords="offset points",
-                va="center",
-                fontsize=8,
-            )
-        axes.set_yticks(range(len(rows)), [card_name(plan, each) for each in rows])
-        axes.invert_yaxis()
-        axes.grid(axis="y", visible=False)
-
-    return [draw]
+    marks: list[Mark] = []
+    for row, each in enumerate(rows):
+        color = BLUE if each in (plan.best, plan.improved) else GREY
+        fill = color if _is_allowed(plan, each) else "white"
+        spread = 0.0 if spreads is None else spreads[row]
+        ends = (values[row] - spread, values[row] + spread)
+        marks += [
+            line(ends, (row, row), color=color, lw=0.8),
+            dots([values[row]], [row], color=color, marker="o", ms=5.0, mfc=fill),
+            written(ends[1], row, texts[row]),
+        ]
+    return [*marks, named_rows([card_name(plan, each) for each in rows])]

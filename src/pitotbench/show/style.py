@@ -138,6 +138,23 @@ def frame(x: str, y: str, **limits: Any) -> Mark:
     return lambda axes: axes.set(xlabel=x, ylabel=y, **limits)
 
 
+def named_rows(names: Sequence[str]) -> Mark:
+    """A row a name, the first on top: the names stand at the axis, where none touches another."""
+
+    def draw(axes: Axes) -> None:
+        axes.set_yticks(range(len(names)), names)
+        axes.invert_yaxis()
+        axes.grid(axis="y", visible=False)
+
+    return draw
+
+
+def written(x: float, row: int, text: str) -> Mark:
+    """A text to the right of a place in a row."""
+    look: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 8}
+    return lambda axes: axes.annotate(text, (x, row), xytext=(5.0, 0.0), **look)
+
+
 def ground(axes: Axes) -> None:
     """Let a mile north be as long as a mile east."""
     axes.set_aspect("equal", adjustable="datalim")

@@ -88,6 +88,11 @@ def account_tree(account: Account) -> list[Node]:
     heads = {"failed": Doubt, "remark": Notice}
     checks = [heads[c.status](f"{c.name}: {c.why}") for c in verdict.checks if c.status in heads]
     nodes = [*_warnings(account), *checks]
+    pictures = (
+        Figure("pitotbench.show.gap_page.map_panels", (account.gap_map,), "whole"),
+        Figure("pitotbench.show.gap_page.trace_panels", (account.traces, verdict.located)),
+    )
+    read = (Heading("How to read this", (*map(Sentence, _MAP),), NUMBERS),)
     return [
         Heading(kind_words(verdict), (*map(Sentence, sentences(account)),)),
         *(node for node in nodes if isinstance(node, Doubt)),
@@ -110,14 +115,11 @@ def account_tree(account: Account) -> list[Node]:
                     verdict.located[:_PLACES],
                     "where the gap is, in standard deviations",
                 ),
-                Figure("pitotbench.show.gap_page.map_panels", (account.gap_map,), "whole"),
-                Figure("pitotbench.show.gap_page.trace_panels", (account.traces, verdict.located)),
                 *(
                     [Figure("pitotbench.show.gap_page.waterfall_panels", (account,))]
                     if steps
                     else []
                 ),
-                Heading("How to read this", (*map(Sentence, _MAP),), NUMBERS),
             ),
         ),
         *_flown_again(account),
@@ -126,6 +128,7 @@ def account_tree(account: Account) -> list[Node]:
             (Table(candidate_columns(verdict), verdict.candidates),),
             SOURCES,
         ),
+        Heading("Maps of the gap, and its channels over time", (*pictures, *read), SOURCES),
         Heading("Checks of the log", (Table(CHECK_COLUMNS, _checks(account)),), SOURCES),
         Heading(
             "The smallest effects that a log like this one shows in half of all flights",
@@ -229,12 +232,13 @@ def _flown(flown: FlownAgain) -> list[Node]:
     judged = {each.quantity for each in flown.tolerances}
     shown = [each for each in flown.histories if each.quantity in judged]
     others = [each for each in flown.histories if each.quantity not in judged]
+    drawn = Figure("pitotbench.show.gap_page.history_panels", (shown,))
     more = (Figure("pitotbench.show.gap_page.history_panels", (others,)),)
     return [
         Table(TOLERANCE_COLUMNS, flown.tolerances, "share of the time within the tolerance"),
         *(Sentence(text) for text, known in said.items() if text and known),
-        Figure("pitotbench.show.gap_page.history_panels", (shown,)),
         *([Heading(title, table, NUMBERS)] if features else []),
+        Heading("The card over time", (drawn,), SOURCES),
         *([Heading("Other quantities of the card", more, NUMBERS)] if others else []),
         Heading("How to read this", (Sentence(_TOLERANCES),), NUMBERS),
     ]

@@ -142,6 +142,14 @@ class Information:
         inner[-1, -1] += taken[chosen] @ sizes
         return Information(inner)
 
+    def without(self, combination: Array, deviation: float) -> "Information":
+        """Return the information with a size integrated out that acts by a combination of the
+        columns, (m + 1,), with 0 for the residual. All columns stay.
+        """
+        across = self.inner @ combination
+        share = deviation**2 / (1.0 + deviation**2 * float(combination @ across))
+        return Information(self.inner - share * np.outer(across, across))
+
     def tempered(self, power: float) -> "Information":
         """Return the information of the likelihood to some power: that of noise 1/√power times as
         large.

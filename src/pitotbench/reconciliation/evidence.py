@@ -12,6 +12,7 @@ from pitotbench.normal_equations import inverse
 from pitotbench.reconciliation.equations import Fit, NormalEquations
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import ScoreScale, size_label
+from pitotbench.reconciliation.pitch_factor import without_factor
 from pitotbench.reconciliation.signatures import Signature, reads_gusts
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
@@ -181,7 +182,8 @@ def floored(
     for label, score in scores.left_over.items():
         if label in lasts:
             beyond = without_score(beyond, lasts.index(label), score)
-    return _without_lasting(beyond, *scores.lasting_of(lasts), len(layout.grid))
+    beyond = without_lasting(beyond, *scores.lasting_of(lasts), len(layout.grid))
+    return without_factor(beyond, lasts, scores.pitch_factor)
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:
@@ -223,7 +225,7 @@ def _wander(
     return columns, np.array(deviations)
 
 
-def _without_lasting(
+def without_lasting(
     evidence: Information, columns: list[int], scores: Array, products: Array, instants: int
 ) -> Information:
     """Return the evidence without the lasting scores of some columns, (k,), with their mean inner

@@ -67,7 +67,8 @@ class ScoreScale:
     those before it. `lasting` is the mean score of a size beyond all these, without what is
     chance: what errors of measured angles and gusts that turn the airplane give it on every flight.
     `products` are the mean inner products of these sizes, (m, m); both are divided by the number of
-    instants. `free` is the root mean square of each free parameter, in deviations of its prior: the
+    instants. `pitch_factor` is the deviation of the factor of all terms of the pitching moment.
+    `free` is the root mean square of each free parameter, in deviations of its prior: the
     scale of a vane that reads gusts may come out at five of them on every flight. No other spread
     is below 1.
     """
@@ -80,6 +81,7 @@ class ScoreScale:
     left_over: Mapping[str, Spread] = field(default_factory=dict)
     lasting: Mapping[str, Finite] = field(default_factory=dict)
     products: list[list[Finite]] = field(default_factory=list)
+    pitch_factor: NotNegative = 0.0
     free: Mapping[str, NotNegative] = field(default_factory=dict)
 
     def lasting_of(self, labels: Sequence[str]) -> tuple[list[int], Array, Array]:

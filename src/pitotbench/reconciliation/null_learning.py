@@ -19,6 +19,7 @@ from pitotbench.reconciliation.evidence import (
     SMALLEST,
     floored,
     significance,
+    without_lasting,
     without_score,
 )
 from pitotbench.reconciliation.layout import Layout
@@ -31,6 +32,7 @@ from pitotbench.reconciliation.null_distribution import (
     measures_over,
     size_label,
 )
+from pitotbench.reconciliation.pitch_factor import factor_deviation
 from pitotbench.reconciliation.renewal import placed_in_time
 from pitotbench.reconciliation.signatures import FITTED, columns_of, searched_shapes
 from pitotbench.reconciliation.thresholds import THRESHOLDS
@@ -288,6 +290,9 @@ def learn_null_distribution(
     scale = replace(
         _scale_of(flights), left_over=apart, lasting=lasting, products=products.tolist()
     )
+    taken = (*scale.lasting_of(labels), round(instants))
+    bare = [without_lasting(each, *taken) for each in left]
+    scale = replace(scale, pitch_factor=factor_deviation(labels, bare))
     largest = [
         flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)
     ]

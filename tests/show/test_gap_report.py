@@ -178,6 +178,28 @@ def test_what_speaks_against_a_probable_cause_is_told_in_place_of_the_rest():
     assert not any("Something remains" in line for line in told)
 
 
+def test_the_largest_place_that_no_cause_explains_stands_in_the_first_paragraph():
+    place = Located("roll_acceleration", "turn", "", -26.0)
+    remaining = sentences(account(replace(NAMED, remains=True, located=(place,))))
+    words = "no effect of the table explains{}, most of it in roll acceleration in turn (-26σ)."
+    assert any(line.endswith(words.format("")) for line in remaining)
+    unknown = replace(NAMED, kind="unknown", gaps=(), candidates=(), located=(place,))
+    assert sentences(account(unknown))[0].endswith(words.format(" it"))
+
+
+@pytest.mark.parametrize(("right", "is_yawing"), [(-0.066, True), (0.066, False), (-0.004, False)])
+def test_opposite_signs_on_the_two_sides_are_told_as_one_yawing_moment(right, is_yawing):
+    sizes = (
+        Estimate("left_fraction", 0.065, 0.01),
+        Estimate("right_fraction", right, 0.01),
+    )
+    propellers = Candidate("propeller_efficiency", sizes, 50.0, 0.91)
+    part = "engine or propeller, a side"
+    gap = Gap(part, 0.91, (propellers,), True, False, 0.99, 0.98)
+    told = sentences(account(replace(NAMED, gaps=(gap,), candidates=(propellers,))))[0]
+    assert ("together a yawing moment" in told) is is_yawing
+
+
 def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     found = replace(account(), warnings=("other.csv: column 'heading_deg': wrong sign?",))
     print_tree(account_tree(found), Console(width=200), depth=SOURCES)

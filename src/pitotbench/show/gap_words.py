@@ -9,7 +9,15 @@ from scipy.special import stdtrit
 
 from pitotbench.effects import EFFECTS, effect_of
 from pitotbench.records.gap import Account, CalibrationChange, Closing, Feature, FoundFormula
-from pitotbench.records.verdict import SURE, Candidate, Closure, FreeSize, Gap, Verdict
+from pitotbench.records.verdict import (
+    SURE,
+    Candidate,
+    Closure,
+    FreeSize,
+    Gap,
+    Located,
+    Verdict,
+)
 from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 from pitotbench.units import KNOT
 
@@ -83,6 +91,9 @@ _WITHOUT_NULL_FLIGHTS = (
 )
 
 
+_YAWING = "left against right: together a yawing moment, which another cause may give as well"
+
+
 def calibration_words(change: CalibrationChange) -> str:
     """What the effects do to a calibration that does not know them, in a sentence."""
     wrong = change.change / KNOT
@@ -106,10 +117,14 @@ def effect_words(effect: Candidate, *more: str) -> str:
     """An effect with its clear sizes, the times at which it begins and ends, and more to say of
     it.
 
-    A size within its bound of zero is left out where another is not.
+    A size within its bound of zero is left out where another is not. Opposite signs on the two sides
+    are one yawing moment, whatever gives it.
     """
     clear = [s for s in effect.sizes if abs(s.value) > s.two_sigma] or effect.sizes
     sizes = [size_words(s.name, s.value, s.two_sigma) for s in clear]
+    sides = {size.name.split("_")[0]: size.value for size in clear}
+    if sides.get("left", 0.0) * sides.get("right", 0.0) < 0.0:
+        sizes.append(_YAWING)
     return f"{words(effect.name)} ({'; '.join([*sizes, *(size_words(*time) for time in effect.times), *more])})"
 
 
@@ -144,7 +159,9 @@ def sentences(account: Account) -> list[str]:
         if verdict.doubts:
             lines.append(f"What speaks against it: {'; '.join(verdict.doubts)}.")
         elif verdict.remains:
-            lines.append("Something remains beside it that no effect of the table explains.")
+            lines.append(
+                f"Something remains beside it that no effect of the table explains{_most(verdict)}."
+            )
     lines += map(free_words, verdict.free)
     if verdict.closure.share > 0.0 and any(gap.causes for gap in verdict.gaps):
         lines.append(_closed(account))
@@ -168,11 +185,7 @@ def evidence_words(account: Account) -> list[str]:
     verdict = account.verdict
     lines = []
     if verdict.kind != "no_gap" and verdict.located:
-        places = [
-            f"{words(p.channel)} {'in ' if p.phase else ''}{words(p.where)} "
-            f"({p.significance:+.0f}σ)"
-            for p in verdict.located[:3]
-        ]
+        places = [_place_words(place) for place in verdict.located[:3]]
         lines.append(f"The gap is largest in {listed(places)}.")
     if account.null_flights:
         lines.append(
@@ -185,13 +198,23 @@ def evidence_words(account: Account) -> list[str]:
     return lines
 
 
+def _most(verdict: Verdict) -> str:
+    """Where the most of what no effect explains stands, to be added to a sentence."""
+    return f", most of it in {_place_words(verdict.located[0])}" if verdict.located else ""
+
+
+def _place_words(place: Located) -> str:
+    within = "in " if place.phase else ""
+    return f"{words(place.channel)} {within}{words(place.where)} ({place.significance:+.0f}σ)"
+
+
 def _answer(verdict: Verdict, aircraft: str) -> str:
     if verdict.kind == "no_gap" and aircraft == "none":
         return "The sensors agree with one another: no significant gap."
     if verdict.kind == "no_gap":
         return "Simulation and measurement agree: no significant gap."
     if verdict.kind == "unknown":
-        gap = "There is a significant gap, and no effect of the table explains it."
+        gap = f"There is a significant gap, and no effect of the table explains it{_most(verdict)}."
         return f"{gap} {_best(verdict)}".strip()
     reported = [_gap_words(gap) for gap in verdict.explained]
     if len(reported) == 1:

@@ -40,7 +40,7 @@ def test_a_late_receiver_is_named_closes_another_flight_and_leaves_nothing(late)
     (gap,) = verdict.gaps
     assert (verdict.kind, gap.part, gap.named) == ("named", "GPS receiver and its clock", True)
     assert gap.causes[0].sizes[0].value == pytest.approx(0.3, abs=0.05)
-    assert gap.causes[0].probability == pytest.approx(THRESHOLDS.told_near, abs=1e-3)
+    assert gap.causes[0].probability == pytest.approx(THRESHOLDS.told_closed, abs=1e-3)
     assert gap.probability <= 1.0
     assert gap.closes_held_out > 0.9
     assert verdict.closure_holdout.share > 0.9

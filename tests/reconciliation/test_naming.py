@@ -21,7 +21,7 @@ from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import Measure, theoretical_distribution
 from pitotbench.reconciliation.other_flights import hold_out
 from pitotbench.reconciliation.patches import patch_of_effects
-from pitotbench.reconciliation.regression import Found, Member, _at_single, fit_gaps
+from pitotbench.reconciliation.regression import FittedHypothesis, FoundGap, _at_single, fit_gaps
 from pitotbench.reconciliation.signatures import cause_of, residual_change, returns
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.verdict import _all_flights, _answer, judge, may_be_form
@@ -76,7 +76,7 @@ def test_what_is_told_passes_the_one_map_and_can_be_seen(laid_out, pod):
     assert "turbulence_level" in told
     for gap in verdict.gaps:
         assert sum(cause.probability for cause in gap.causes) <= gap.probability + 1e-9
-        assert gap.probability <= THRESHOLDS.told_near
+        assert gap.probability <= THRESHOLDS.told_closed
     (unseen,) = [note for note in verdict.notes if note.startswith("cannot be seen")]
     assert not [name for name in told if name in unseen.split(": ")[1].split(", ")]
 
@@ -240,8 +240,8 @@ def test_an_event_does_not_return_in_another_flight(event: str) -> None:
 def test_a_second_gap_of_a_sensor_may_be_the_form_of_a_larger_one_of_its_part() -> None:
     """A recovery that grows is no bias beside it; two coefficients of a file are two."""
 
-    def gap(name: str, log_bayes_factor: float) -> Found:
-        return Found(Member(name, (), np.zeros(0)), log_bayes_factor)
+    def gap(name: str, log_bayes_factor: float) -> FoundGap:
+        return FoundGap(FittedHypothesis(name, (), np.zeros(0)), log_bayes_factor)
 
     recovery, bias, wind = (
         gap("recovery_deficit", 900.0),

@@ -19,11 +19,11 @@ from pitotbench.reconciliation.equations import (
     whitened_columns,
     whitened_equations,
 )
-from pitotbench.reconciliation.evidence import Prior, floored, weigh
+from pitotbench.reconciliation.evidence import Prior, evidence_beyond_floor, weigh
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import ScoreScale
-from pitotbench.reconciliation.regression import Found, Regression, fitted_by
+from pitotbench.reconciliation.regression import FoundGap, Regression, fitted_by
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
@@ -62,11 +62,13 @@ def block_of(
     )
 
 
-def fitted(along: Along, residual: Array, cells: Sequence[Array] = ()) -> tuple[list[Found], Found]:
+def fitted(
+    along: Along, residual: Array, cells: Sequence[Array] = ()
+) -> tuple[list[FoundGap], FoundGap]:
     return Regression([block_of(along, residual, cells)]).fit()
 
 
-def names(gaps: Sequence[Found]) -> list[str]:
+def names(gaps: Sequence[FoundGap]) -> list[str]:
     return [gap.member.name for gap in gaps]
 
 
@@ -343,7 +345,7 @@ def test_the_floor_is_marginalized_as_dense_algebra_does(sensed) -> None:
     )
     noise = noise_of_log(layout)
     scale = ScoreScale({}, {}, {}, {}, {"gps_latency|latency_s": 4.0})
-    found = floored(layout, whitened_equations(layout, noise), scale, {})
+    found = evidence_beyond_floor(layout, whitened_equations(layout, noise), scale, {})
     white = whitened_columns(layout, noise)
     rows = white.reshape(-1, white.shape[2])
     rows = rows[np.any(rows != 0.0, axis=1)]
@@ -381,12 +383,12 @@ def test_what_a_size_has_on_every_flight_is_taken_off_the_log(sensed) -> None:
     )
     equations, instants = whitened_equations(layout, noise_of_log(layout)), len(layout.grid)
     late = [s.effect for s in layout.signatures].index("gps_latency")
-    plain = floored(layout, equations, ScoreScale({}, {}, {}, {}), {}).inner
+    plain = evidence_beyond_floor(layout, equations, ScoreScale({}, {}, {}, {}), {}).inner
 
     def less(power: float) -> Array:
         lasting = {"gps_latency|latency_s": 7.0 / instants}
         scale = ScoreScale({}, {}, {}, {}, lasting=lasting, products=[[power / instants]])
-        return floored(layout, equations, scale, {}).inner
+        return evidence_beyond_floor(layout, equations, scale, {}).inner
 
     size = 7.0 / (plain[late, late] * (1.0 + THRESHOLDS.lasting_share))
     expected = size * plain[:, late]

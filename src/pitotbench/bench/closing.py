@@ -28,7 +28,7 @@ from pitotbench.campaigns.fleet import progress as progress_bar
 from pitotbench.effects import effect_of
 from pitotbench.reconciliation.other_flights import for_channels
 from pitotbench.reconciliation.patches import beyond_range, is_settled, not_told, with_choice
-from pitotbench.reconciliation.regression import fitted_by, parted
+from pitotbench.reconciliation.regression import effect_and_size, fitted_by
 from pitotbench.reconciliation.shown_flight import largest_gap
 from pitotbench.reconciliation.verdict import Judged
 from pitotbench.records.gap import Closing
@@ -162,10 +162,10 @@ def _gained(judged: Judged, names: Sequence[str], chosen: str) -> float:
     """
     fitted, block = judged.fitted, largest_gap(judged.shown).block
     rivals = {c.name for g in judged.verdict.gaps for c in with_choice(g, chosen).causes[1:]}
-    if chosen and chosen not in [parted(m.name)[0] for m in fitted.members]:
+    if chosen and chosen not in [effect_and_size(m.name)[0] for m in fitted.members]:
         fitted = fitted_by(fitted.regression, rivals)
     own, others = (
-        [m for m in fitted.members if (parted(m.name)[0] in names) is is_own]
+        [m for m in fitted.members if (effect_and_size(m.name)[0] in names) is is_own]
         for is_own in (True, False)
     )
     shown = fitted.regression.shown_columns

@@ -41,7 +41,7 @@ from pitotbench.reconciliation.pictures import (
     traces,
     waterfall,
 )
-from pitotbench.reconciliation.regression import Fitted, is_term, parted
+from pitotbench.reconciliation.regression import Fitted, effect_and_size, is_term
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.shown_flight import ShownFlight, largest_gap
 from pitotbench.reconciliation.verdict import Judged, judge
@@ -321,7 +321,7 @@ def reconcile_fully(
     groups = [tuple(c.name for c in gap.causes) for gap in verdict.explained if refly and cards]
     following = maneuver_to_fly(groups, cards)
     block, fit = shown.block, shown.fit
-    found = {parted(member.name)[0] for member in judged.fitted.members}
+    found = {effect_and_size(member.name)[0] for member in judged.fitted.members}
     over_time = traces(block, fit)
     part = verdict.explained[0].part if verdict.explained else ""
     has_gap = verdict.kind != "no_gap" and bool(verdict.located)
@@ -392,12 +392,12 @@ def formula_of(judged: Judged) -> FoundFormula | None:
     terms = []
     causes = {c.name: c for gap in judged.verdict.gaps if not gap.part for c in gap.causes}
     for found in judged.fitted.gaps:
-        name, parameter = parted(found.member.name)
+        name, parameter = effect_and_size(found.member.name)
         if not is_term(found.member.name) or name not in causes:
             continue
         (size,) = [s for s in causes[name].sizes if s.name == parameter] or causes[name].sizes[:1]
         others = [
-            parted(other)
+            effect_and_size(other)
             for other, p in sorted(found.forms.items(), key=lambda item: -item[1])
             if is_term(other) and p > REPORTED_FROM and other != found.member.name
         ]

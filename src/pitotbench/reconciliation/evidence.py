@@ -139,7 +139,7 @@ def significant(sizes: Sequence[Estimate]) -> tuple[Estimate, ...]:
 # left-over sizes; it is eliminated once, and what remains counts as evidence.
 
 
-def floored(
+def evidence_beyond_floor(
     layout: Layout, equations: NormalEquations, scores: ScoreScale, wander: Mapping[str, float]
 ) -> Information:
     """Return the evidence of a log beyond the floor, for its signatures and then its examined

@@ -17,7 +17,7 @@ from pitotbench.reconciliation.equations import (
 from pitotbench.reconciliation.evidence import (
     NEGLIGIBLE,
     SMALLEST,
-    floored,
+    evidence_beyond_floor,
     significance,
     without_lasting,
     without_score,
@@ -356,7 +356,7 @@ def evidence_of(
     """
     layout, noise, scale = flight
     equations = whitened_equations(layout, scaled_to(noise, layout))
-    beyond = floored(layout, equations, scale, wander_of_scores(scale))
+    beyond = evidence_beyond_floor(layout, equations, scale, wander_of_scores(scale))
     kept = [i for i, s in enumerate(layout.signatures) if not searched_shapes(FITTED[s.effect])]
     labels = [size_label(s.effect, s.parameter) for s in layout.signatures]
     return tuple(labels[i] for i in kept), beyond.given((), (), kept)[0]

@@ -28,7 +28,7 @@ from pitotbench.reconciliation.regression import (
     keys_of,
 )
 from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
-from pitotbench.reconciliation.sets import Member
+from pitotbench.reconciliation.sets import FittedHypothesis
 from pitotbench.reconciliation.shown_flight import ShownFlight
 from pitotbench.reconciliation.signatures import FITTED, returns
 from pitotbench.reconciliation.thresholds import THRESHOLDS
@@ -69,7 +69,7 @@ def flights_of(
             left_out = _left_out(each.block, theirs, shared) if fitted.gaps else None
         shows = gaps or fitted.regression.shows(left)
         known = [gap for gap in gaps if not is_term(gap.member.name)]
-        told = [THRESHOLDS.told_near * max(g.causes.values()) for g in known]
+        told = [THRESHOLDS.told_closed * max(g.causes.values()) for g in known]
         sure = all(each > THRESHOLDS.named_from for each in told)
         kind: Kind = "no_gap" if not shows else "unknown"
         if known:
@@ -119,7 +119,9 @@ def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None
     return closure_of(block.beyond, columns, values, block.cells, here.covariance, once)
 
 
-def _own_sizes(members: Sequence[Member], mine: Sizes, theirs: Sizes) -> Iterable[OwnSize]:
+def _own_sizes(
+    members: Sequence[FittedHypothesis], mine: Sizes, theirs: Sizes
+) -> Iterable[OwnSize]:
     """The largest size of each effect that a flight shows, with the distance of all from those of
     the others.
     """

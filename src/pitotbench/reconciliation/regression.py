@@ -20,7 +20,7 @@ from pitotbench.reconciliation.equations import (
 )
 from pitotbench.reconciliation.evidence import (
     NEGLIGIBLE,
-    floored,
+    evidence_beyond_floor,
     merit,
     prior_of,
     significance,
@@ -39,7 +39,7 @@ from pitotbench.reconciliation.renewal import (
     with_parts_of_flight,
     without_sensor_effects,
 )
-from pitotbench.reconciliation.sets import Hypothesis, Member, WeighedSet, weighed_sets
+from pitotbench.reconciliation.sets import FittedHypothesis, Hypothesis, WeighedSet, weighed_sets
 from pitotbench.reconciliation.signatures import (
     FITTED,
     Key,
@@ -103,7 +103,7 @@ def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block
     """Return a log that is laid out as a block of the regression."""
     equations = whitened_equations(layout, noise)
     wander = wander_of(null, layout.residuals.names)
-    beyond = floored(layout, equations, null.scores, wander)
+    beyond = evidence_beyond_floor(layout, equations, null.scores, wander)
     return Block(layout, noise, null, equations, beyond, _stands_out(layout, equations, null))
 
 
@@ -131,7 +131,7 @@ def _stands_out(layout: Layout, equations: NormalEquations, null: NullDistributi
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FoundGap:
     """A gap of the logs beside all others.
 
     `member` explains it best. `forms` is the probability of each hypothesis, given this gap; a term
@@ -142,7 +142,7 @@ class Found:
     that are nearly as probable as theirs, which is the first.
     """
 
-    member: Member
+    member: FittedHypothesis
     log_bayes_factor: float
     forms: Mapping[str, float] = field(default_factory=dict)
     unknown: float = 0.0
@@ -173,15 +173,15 @@ class Found:
 # between a formula and its term, and between an effect and a size of it that is looked for alone
 SEPARATOR = "|"
 CHANNEL_GROUPS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
-NOTHING = Member("", (), np.zeros(0))
+NOTHING = FittedHypothesis("", (), np.zeros(0))
 
 
 def is_term(name: str) -> bool:
     """Whether a hypothesis is a term of a formula."""
-    return parted(name)[0] in FORMULAS
+    return effect_and_size(name)[0] in FORMULAS
 
 
-def parted(name: str) -> tuple[str, str]:
+def effect_and_size(name: str) -> tuple[str, str]:
     """Return the formula and the term of a hypothesis, or the effect and its size where it is one
     of these alone.
     """
@@ -252,13 +252,13 @@ class Regression:
                 found.append(discrepancy_of(place, columns, self.evidence, own_prior))
         return found
 
-    def fit(self, without: Iterable[str] = ()) -> tuple[list[Found], Found]:
+    def fit(self, without: Iterable[str] = ()) -> tuple[list[FoundGap], FoundGap]:
         """Return the gaps that the logs show, and what is left beside them.
 
         The best hypothesis beside all others is added; then each is weighed again given the others,
         and left out where it is not needed. Hypotheses `without` which to do take no part.
         """
-        gaps, refused = list[Found](), set(without)
+        gaps, refused = list[FoundGap](), set(without)
         for _ in range(THRESHOLDS.weighings_most):
             gaps = self._with_more(gaps, refused)
             before = [gap.member.name for gap in gaps]
@@ -268,7 +268,7 @@ class Regression:
         left = self.beside([gap.member for gap in gaps], refused)
         return _by_effect(gaps), _by_effect([left])[0]
 
-    def _with_more(self, gaps: list[Found], refused: set[str]) -> list[Found]:
+    def _with_more(self, gaps: list[FoundGap], refused: set[str]) -> list[FoundGap]:
         """Gaps with those that the logs show beside them; what explains nothing is `refused`."""
         gaps = list(gaps)
         for _ in range(THRESHOLDS.gaps_most - len(gaps)):
@@ -281,7 +281,7 @@ class Regression:
                 refused.add(found.member.name)
         return gaps
 
-    def _weighed_again(self, gaps: list[Found], refused: set[str]) -> list[Found]:
+    def _weighed_again(self, gaps: list[FoundGap], refused: set[str]) -> list[FoundGap]:
         """Gaps each weighed again given the others, and left out where it is not needed. Those of a
         set were weighed together.
         """
@@ -292,7 +292,7 @@ class Regression:
             gaps = [again if each is gap else each for each in gaps] if taken else others
         return gaps
 
-    def _with_sets(self, gaps: list[Found], without: set[str]) -> list[Found]:
+    def _with_sets(self, gaps: list[FoundGap], without: set[str]) -> list[FoundGap]:
         """Gaps with the most probable set of each moment and each force in which there is one."""
         for names in self._axes.values():
             own = [gap for gap in gaps if gap.member.name in names]
@@ -301,8 +301,8 @@ class Regression:
         return gaps
 
     def _with_best_set(
-        self, gaps: list[Found], own: list[Found], names: frozenset[str]
-    ) -> list[Found]:
+        self, gaps: list[FoundGap], own: list[FoundGap], names: frozenset[str]
+    ) -> list[FoundGap]:
         """Gaps with the most probable set of one moment or force in place of their `own` of it.
 
         A set of more members has to bring as much for each as a gap does, and it has to hold in
@@ -358,7 +358,7 @@ class Regression:
         left_open = alone.columns[len(own) :], alone.deviations[len(own) :]
         return Hypothesis(name, _cause(name), own, self._priors[name], float(odds), left_open)
 
-    def _holds(self, rest: Sequence[Member], more: WeighedSet, held: WeighedSet) -> bool:
+    def _holds(self, rest: Sequence[FittedHypothesis], more: WeighedSet, held: WeighedSet) -> bool:
         """Whether a set holds better than a smaller one in parts of the logs left out."""
         held_out, inside = self._gains(rest, more.members)
         before, _ = self._gains(rest, held.members)
@@ -373,15 +373,19 @@ class Regression:
         found: dict[str, set[str]] = {}
         for name, columns in self.columns.items():
             channel = channels.get(self.keys[columns[0]], "")
-            if not is_term(name) and lasts(parted(name)[0]) and _is_force_or_moment(channel):
+            if (
+                not is_term(name)
+                and lasts(effect_and_size(name)[0])
+                and _is_force_or_moment(channel)
+            ):
                 found.setdefault(channel, set()).add(name)
         return {channel: frozenset(names) for channel, names in found.items()}
 
-    def shows(self, found: Found) -> bool:
+    def shows(self, found: FoundGap) -> bool:
         """Whether a gap is beyond what null flights show."""
         return found.log_bayes_factor >= self.least_bayes_factor
 
-    def _is_taken(self, found: Found) -> bool:
+    def _is_taken(self, found: FoundGap) -> bool:
         """Whether a gap is explained: by posterior odds, and in parts of the logs left out."""
         known = self.shows(found) and found.unknown <= THRESHOLDS.likely
         return known and found.held_out >= THRESHOLDS.held_out_least
@@ -397,8 +401,8 @@ class Regression:
         )
 
     def beside(
-        self, members: Sequence[Member], refused: frozenset[str] | set[str] = frozenset()
-    ) -> Found:
+        self, members: Sequence[FittedHypothesis], refused: frozenset[str] | set[str] = frozenset()
+    ) -> FoundGap:
         """Return the gap that some logs would show beside the members of a fit, however improbable
         it is.
         """
@@ -408,7 +412,7 @@ class Regression:
         names = [
             n
             for n in self.columns
-            if _cause(n) not in taken and refused.isdisjoint((n, parted(n)[0]))
+            if _cause(n) not in taken and refused.isdisjoint((n, effect_and_size(n)[0]))
         ]
         weights, unmodeled, _ = self._weighed(marginal, names)
         every = [*weights.values(), *unmodeled.values()]
@@ -417,7 +421,7 @@ class Regression:
         weights, unmodeled, found = self._weighed(marginal.tempered(power), names)
         whole = float(logsumexp([*weights.values(), *unmodeled.values()]))
         member = found[max(weights, key=lambda name: weights[name])] if weights else NOTHING
-        return Found(
+        return FoundGap(
             member,
             log_bayes_factor,
             {name: float(np.exp(value - whole)) for name, value in weights.items()},
@@ -428,14 +432,14 @@ class Regression:
 
     def _weighed(
         self, marginal: Marginal, names: Sequence[str]
-    ) -> tuple[dict[str, float], dict[str, float], dict[str, Member]]:
+    ) -> tuple[dict[str, float], dict[str, float], dict[str, FittedHypothesis]]:
         """The logarithms of prior times evidence of some hypotheses, with an unmodeled discrepancy
         together with the best of them, and of these alone by their places; and the hypotheses as
         members of a fit.
         """
         known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
         unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
-        values, members = dict[str, float](), dict[str, Member]()
+        values, members = dict[str, float](), dict[str, FittedHypothesis]()
         for name in names:
             prior = self._log_priors[name] + (unknown if is_term(name) else known)
             weighed, member = self._member(marginal.left, name)
@@ -447,7 +451,7 @@ class Regression:
         alone = self._of_discrepancies(marginal, NOTHING)
         return values, {place: value + half for place, value in alone.items()}, members
 
-    def _of_discrepancies(self, marginal: Marginal, member: Member) -> dict[str, float]:
+    def _of_discrepancies(self, marginal: Marginal, member: FittedHypothesis) -> dict[str, float]:
         """The logarithm of prior times evidence of the discrepancies of each place, with a
         hypothesis in the fit as well.
         """
@@ -457,7 +461,7 @@ class Regression:
             found[each.place] = float(np.logaddexp(found.get(each.place, -np.inf), value))
         return found
 
-    def _member(self, evidence: Information, name: str) -> tuple[float, Member]:
+    def _member(self, evidence: Information, name: str) -> tuple[float, FittedHypothesis]:
         """The logarithm of the evidence of a hypothesis, and it as a member of a fit.
 
         What its form leaves open are small columns, in proportion to its size. With even odds there
@@ -467,26 +471,32 @@ class Regression:
         plain = weigh(evidence, own, prior)
         columns, deviations = list[int](), list[float]()
         share = min(1.0, float(np.max(np.abs(plain.sizes) / prior.typical)))
-        for other in () if is_term(name) else FITTED[parted(name)[0]].left_open:
+        for other in () if is_term(name) else FITTED[effect_and_size(name)[0]].left_open:
             columns += self.columns.get(other, ())
             if other in self.columns:
                 deviations += (THRESHOLDS.open_share * share * self._priors[other].typical).tolist()
         if not columns:
-            return plain.log_evidence, Member(name, own, plain.deviations)
+            return plain.log_evidence, FittedHypothesis(name, own, plain.deviations)
         bare, extra = evidence.given(columns, deviations, own)
         opened = weigh(bare, range(len(own)), prior)
-        member = Member(name, (*own, *columns), np.array([*opened.deviations, *deviations]))
+        member = FittedHypothesis(
+            name, (*own, *columns), np.array([*opened.deviations, *deviations])
+        )
         both = np.logaddexp(plain.log_evidence, opened.log_evidence + extra) - np.log(2.0)
         return float(both), member
 
-    def held_out(self, members: Sequence[Member], new: Sequence[Member]) -> float:
+    def held_out(
+        self, members: Sequence[FittedHypothesis], new: Sequence[FittedHypothesis]
+    ) -> float:
         """Return the fall of the sum of squares by some hypotheses beside others in parts of the
         logs that the sizes are not fitted to, over that in the fit.
         """
         held, inside = self._gains(members, new)
         return held / max(inside, NEGLIGIBLE)
 
-    def _gains(self, members: Sequence[Member], new: Sequence[Member]) -> tuple[float, float]:
+    def _gains(
+        self, members: Sequence[FittedHypothesis], new: Sequence[FittedHypothesis]
+    ) -> tuple[float, float]:
         """The fall of the sum of squares by some hypotheses beside others, in parts left out and in
         the fit.
         """
@@ -499,7 +509,7 @@ class Regression:
                 inside += block.equations.fit(own, given).gain
         return held, inside
 
-    def shown_columns(self, block: Block, members: Sequence[Member]) -> list[int]:
+    def shown_columns(self, block: Block, members: Sequence[FittedHypothesis]) -> list[int]:
         """The columns of the sizes of some members in a block, without those that forms leave open;
         all sizes of a hypothesis that has no columns yet.
         """
@@ -511,7 +521,7 @@ class Regression:
         ]
         return [block.keys.index(key) for key in own]
 
-    def sizes(self, members: Sequence[Member]) -> "Sizes":
+    def sizes(self, members: Sequence[FittedHypothesis]) -> "Sizes":
         """Return the sizes of the members of a fit, all at once, and after them those that their
         forms leave open; a size that is both is the sum.
         """
@@ -524,7 +534,7 @@ class Regression:
             tuple(self.keys[c] for c in kept), sums @ found.mean, sums @ found.covariance @ sums.T
         )
 
-    def shown_alone(self, numbers: Sequence[int], members: Sequence[Member]) -> "Sizes":
+    def shown_alone(self, numbers: Sequence[int], members: Sequence[FittedHypothesis]) -> "Sizes":
         """Return the sizes of the members that some of the logs show, by their numbers.
 
         The prior is as wide as a size can be, so that a log that does not show an effect says
@@ -563,41 +573,41 @@ class Sizes:
         return replace(self, covariance=with_form_error(self.covariance, self.values.tolist()))
 
 
-def _deviations(members: Sequence[Member]) -> Array:
+def _deviations(members: Sequence[FittedHypothesis]) -> Array:
     return np.concatenate([np.zeros(0), *(member.deviations for member in members)])
 
 
 def _cause(name: str) -> str:
     """The cause of a hypothesis, with its size where it is looked for alone."""
-    effect, size = parted(name)
+    effect, size = effect_and_size(name)
     if is_term(name) or not name:
         return name
     return SEPARATOR.join(filter(None, (cause_of(effect), size)))
 
 
-def _by_effect(gaps: Sequence[Found]) -> list[Found]:
+def _by_effect(gaps: Sequence[FoundGap]) -> list[FoundGap]:
     """Gaps by effects and terms: those of one effect's sizes become one, which goes by the one
     with the most evidence.
     """
-    found: dict[str, list[Found]] = {}
+    found: dict[str, list[FoundGap]] = {}
     for gap in sorted(gaps, key=lambda gap: -gap.log_bayes_factor):
         found.setdefault(_whole(gap.member.name), []).append(gap)
     return [_merged(name, own) for name, own in found.items()]
 
 
-def _merged(name: str, gaps: Sequence[Found]) -> Found:
+def _merged(name: str, gaps: Sequence[FoundGap]) -> FoundGap:
     """Gaps of the sizes of one effect as one, the first of them with all their columns."""
     forms: dict[str, float] = {}
     for form, p in gaps[0].forms.items():
         forms[_whole(form)] = forms.get(_whole(form), 0.0) + p
     columns = tuple(c for gap in gaps for c in gap.member.columns)
-    member = Member(name, columns, _deviations([gap.member for gap in gaps]))
+    member = FittedHypothesis(name, columns, _deviations([gap.member for gap in gaps]))
     return replace(gaps[0], member=member, forms=forms)
 
 
 def _whole(name: str) -> str:
     """The effect of a hypothesis with all its sizes; a term stays what it is."""
-    return name if is_term(name) else parted(name)[0]
+    return name if is_term(name) else effect_and_size(name)[0]
 
 
 def _forms_of_sets(
@@ -649,17 +659,17 @@ def _log_priors(names: Sequence[str]) -> dict[str, float]:
     """
     effects = [name for name in names if not is_term(name)]
     causes = dict.fromkeys(map(_cause, effects))
-    parts = [effect_of(parted(cause)[0]).part for cause in causes]
+    parts = [effect_of(effect_and_size(cause)[0]).part for cause in causes]
     found = {
         name: -float(np.log(len(names) - len(effects))) - np.log(2.0)
         for name in names
         if is_term(name)
     }
     for name in effects:
-        cause, effect = _cause(name), parted(name)[0]
+        cause, effect = _cause(name), effect_and_size(name)[0]
         part = effect_of(cause_of(effect)).part
         forms = [each for each in effects if _cause(each) == cause]
-        whole = [each for each in forms if lasts(parted(each)[0])]
+        whole = [each for each in forms if lasts(effect_and_size(each)[0])]
         in_time = (THRESHOLDS.prior_of_time if whole else 1.0) if len(whole) < len(forms) else 0.0
         if not lasts(effect):
             share = in_time / (len(forms) - len(whole))
@@ -696,12 +706,12 @@ class Fitted:
     """
 
     regression: Regression
-    gaps: tuple[Found, ...]
-    left: Found
+    gaps: tuple[FoundGap, ...]
+    left: FoundGap
     sizes: Sizes
 
     @property
-    def members(self) -> list[Member]:
+    def members(self) -> list[FittedHypothesis]:
         """The hypotheses in the fit."""
         return [gap.member for gap in self.gaps]
 
@@ -795,7 +805,7 @@ def fitted_by(regression: Regression, without: Iterable[str] = ()) -> Fitted:
     return Fitted(regression, tuple(ranked), left, _sizes_of(regression, ranked))
 
 
-def _sizes_of(regression: Regression, gaps: Sequence[Found]) -> Sizes:
+def _sizes_of(regression: Regression, gaps: Sequence[FoundGap]) -> Sizes:
     """The sizes of all gaps, with bounds that hold those of the sets that are nearly as probable."""
     sizes = regression.sizes([gap.member for gap in gaps])
     for near in dict.fromkeys(gap.near for gap in gaps if len(gap.near) > 1):

@@ -18,7 +18,7 @@ from pitotbench.units import Array
 
 
 @dataclass(frozen=True, slots=True)
-class Member:
+class FittedHypothesis:
     """A hypothesis in the fit: the columns of its sizes, and small columns that its form leaves
     open, with the deviations of their priors, (k,).
     """
@@ -59,7 +59,7 @@ class WeighedSet:
     evidence.
     """
 
-    members: tuple[Member, ...]
+    members: tuple[FittedHypothesis, ...]
     log_weight: float
 
     @property
@@ -97,7 +97,7 @@ def _weighed(evidence: Information, own: Sequence[Hypothesis]) -> WeighedSet:
                 best, scales = log_evidence, tried
     odds = sum(each.log_odds for each in own) - len(own) * np.log(len(ladder))
     members = (
-        Member(each.name, each.all_columns(), each.deviations(scale))
+        FittedHypothesis(each.name, each.all_columns(), each.deviations(scale))
         for each, scale in zip(own, scales, strict=True)
     )
     return WeighedSet(tuple(members), float(odds + (best if own else 0.0)))

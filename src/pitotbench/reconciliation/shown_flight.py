@@ -26,7 +26,7 @@ from pitotbench.reconciliation.null_learning import (
 from pitotbench.reconciliation.regression import (
     Block,
     Fitted,
-    Found,
+    FoundGap,
 )
 from pitotbench.reconciliation.signatures import FITTED, GUSTS, cause_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
@@ -147,7 +147,7 @@ def smallest_detectable(
 
 
 def notes_of(
-    block: Block, known: Sequence[Found], left: Found, quiet: bool, told: Collection[str]
+    block: Block, known: Sequence[FoundGap], left: FoundGap, quiet: bool, told: Collection[str]
 ) -> Iterable[str]:
     """Sentences on the limits of a verdict that tells some effects."""
     layout, null = block.layout, block.null

@@ -102,8 +102,8 @@ class Thresholds:
     named_left: float = 0.07  # share of the gap left, below which a cause is named
     part_named_from: float = 0.9  # probability of a part, given a gap
     told_left: float = 0.1  # share of the gap left, below which a part is named
-    told_near: float = 0.91  # of a probability, where the gap is closed and nothing objects
-    told_far: float = 0.33  # of a probability, elsewhere
+    told_closed: float = 0.91  # of a probability, where the gap is closed and nothing objects
+    told_open: float = 0.33  # of a probability, elsewhere
     set_holds: float = 0.95  # of what the table explains of a gap, in the set that is told
 
     # What speaks against a name.

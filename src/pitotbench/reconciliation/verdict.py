@@ -24,16 +24,16 @@ from pitotbench.reconciliation.other_flights import (
 from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.regression import (
     Fitted,
-    Found,
+    FoundGap,
     Sizes,
+    effect_and_size,
     fit_gaps,
     fitted_by,
     is_term,
     keys_of,
-    parted,
     with_terms,
 )
-from pitotbench.reconciliation.sets import Member
+from pitotbench.reconciliation.sets import FittedHypothesis
 from pitotbench.reconciliation.shown_flight import (
     ShownFlight,
     free_sizes,
@@ -181,7 +181,7 @@ def _answer(
 ) -> Verdict:
     """The verdict: what every gap is, and how surely. Nothing else sets the kind of a verdict.
 
-    The probability of a cause is its share of a gap (`Found.causes`) times what a share is worth
+    The probability of a cause is its share of a gap (`FoundGap.causes`) times what a share is worth
     (`_worth`); that of a part is the sum of its causes. A cause or a part is named at two limits:
     of its share, and of what all gaps together leave of the sum of squares. Where an objection
     speaks against the names, or a further gap is seen, all counts as left.
@@ -207,7 +207,7 @@ def _answer(
         own = left if trusts and not may_be_form(found, fitted.gaps) else 1.0
         gaps.append(_gap(fitted, main, found, own))
         _raise_to(probabilities, found, _worth(own))
-    _raise_to(probabilities, fitted.left, THRESHOLDS.told_far * fitted.left.probability)
+    _raise_to(probabilities, fitted.left, THRESHOLDS.told_open * fitted.left.probability)
     gaps.sort(key=lambda gap: -gap.closes_held_out)
     if kind == "named" and not all(gap.named for gap in (*certain, *gaps)):
         kind = "one_of"
@@ -250,20 +250,20 @@ def _worth(left: float) -> float:
     """What a share of a gap is worth as a probability, by what all gaps leave: right names leave
     little, wrong ones seldom.
     """
-    return THRESHOLDS.told_near if left < THRESHOLDS.told_left else THRESHOLDS.told_far
+    return THRESHOLDS.told_closed if left < THRESHOLDS.told_left else THRESHOLDS.told_open
 
 
-def _raise_to(probabilities: dict[str, float], found: Found, worth: float) -> None:
+def _raise_to(probabilities: dict[str, float], found: FoundGap, worth: float) -> None:
     """Raise the probability of each cause to that which a gap gives it: the largest of all gaps."""
     for cause, share in found.causes.items():
         probabilities[cause] = max(probabilities.get(cause, 0.0), worth * share)
 
 
-def may_be_form(found: Found, gaps: Sequence[Found]) -> bool:
+def may_be_form(found: FoundGap, gaps: Sequence[FoundGap]) -> bool:
     """Return whether a gap may be what the form of a larger one leaves: that of a sensor effect of
     the same part, whose law is seldom that of the table.
     """
-    effects = [effect_of(parted(each.member.name)[0]) for each in (found, *gaps)]
+    effects = [effect_of(effect_and_size(each.member.name)[0]) for each in (found, *gaps)]
     larger = [each.log_bayes_factor > found.log_bayes_factor for each in gaps]
     return effects[0].acts_on == "sensors" and any(
         is_larger and effect.part == effects[0].part
@@ -271,7 +271,7 @@ def may_be_form(found: Found, gaps: Sequence[Found]) -> bool:
     )
 
 
-def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float) -> Gap:
+def _gap(fitted: Fitted, main: ShownFlight, found: FoundGap, left: float) -> Gap:
     """A gap as it is reported, where all gaps together leave the share `left` of what is
     explainable. One that is not named has at least two causes: the smallest set that holds it.
     """
@@ -308,21 +308,21 @@ def _gap(fitted: Fitted, main: ShownFlight, found: Found, left: float) -> Gap:
     )
 
 
-def _form(found: Found, cause: str) -> str:
+def _form(found: FoundGap, cause: str) -> str:
     """The most probable form of a cause."""
     forms = {n: p for n, p in found.forms.items() if not is_term(n) and cause_of(n) == cause}
     return max(forms, key=lambda name: forms[name])
 
 
 def _candidate(
-    fitted: Fitted, main: ShownFlight, found: Found, name: str, probability: float
+    fitted: Fitted, main: ShownFlight, found: FoundGap, name: str, probability: float
 ) -> Candidate:
     """A hypothesis in the place of a gap, at its sizes given the other gaps."""
     block, regression = main.block, fitted.regression
     others = [m for m in fitted.members if m is not found.member]
     is_own = name == found.member.name
     own = regression.shown_columns(
-        block, [found.member if is_own else Member(name, (), np.zeros(0))]
+        block, [found.member if is_own else FittedHypothesis(name, (), np.zeros(0))]
     )
     other_columns = regression.shown_columns(block, others)
     fit = block.equations.fit(own, other_columns)
@@ -334,7 +334,7 @@ def _candidate(
     else:
         sizes = estimates(block.layout.signatures, fit)
     times = times_of(block.layout.signatures[own[0]]) if own and not is_term(name) else ()
-    effect, _ = parted(name)
+    effect, _ = effect_and_size(name)
     return Candidate(effect, significant(sizes), float(np.sqrt(fit.gain)), probability, times)
 
 

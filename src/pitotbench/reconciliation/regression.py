@@ -318,14 +318,7 @@ class Regression:
         held = next((each for each in sets if set(each.names) == now), None)
         if held is None:
             return gaps
-        best = held
-        for each in sets:
-            price = self.least_bayes_factor * max(0, len(each.names) - len(held.names))
-            if each.log_weight <= held.log_weight + price:
-                continue
-            if len(each.names) <= len(held.names) or self._holds(rest, each, held):
-                best = each
-                break
+        best = next((s for s in sets if s is held or self._is_better(rest, s, held)), held)
         if len(best.names) < 2 and best is held:
             return gaps
         members = best.members
@@ -358,11 +351,19 @@ class Regression:
         left_open = alone.columns[len(own) :], alone.deviations[len(own) :]
         return Hypothesis(name, _cause(name), own, self._priors[name], float(odds), left_open)
 
-    def _holds(self, rest: Sequence[FittedHypothesis], more: WeighedSet, held: WeighedSet) -> bool:
-        """Whether a set holds better than a smaller one in parts of the logs left out."""
-        held_out, inside = self._gains(rest, more.members)
+    def _is_better(
+        self, rest: Sequence[FittedHypothesis], other: WeighedSet, held: WeighedSet
+    ) -> bool:
+        """Whether a set is more probable than the one that is held. One of more members also has to
+        hold better in parts of the logs left out.
+        """
+        more = max(0, len(other.names) - len(held.names))
+        if other.log_weight <= held.log_weight + self.least_bayes_factor * more:
+            return False
+        held_out, inside = self._gains(rest, other.members)
         before, _ = self._gains(rest, held.members)
-        return held_out > before and held_out >= THRESHOLDS.held_out_least * inside
+        least = max(before, THRESHOLDS.held_out_least * inside)
+        return more == 0 or held_out > least
 
     @cached_property
     def _axes(self) -> dict[str, frozenset[str]]:
@@ -812,15 +813,11 @@ def _sizes_of(regression: Regression, gaps: Sequence[FoundGap]) -> Sizes:
         others = [gap.member for gap in gaps if gap.near != near]
         variances, weights = np.zeros(len(sizes.keys)), np.zeros(len(sizes.keys))
         for each, share in zip(near, _shares(near), strict=True):
-            rival = regression.sizes([*others, *each.members])
-            for key, size, variance in zip(
-                rival.keys, rival.values, np.diag(rival.covariance), strict=True
-            ):
-                if key in sizes.keys:
-                    place = sizes.keys.index(key)
-                    apart = size - sizes.values[place]
-                    variances[place] += share * (variance + apart**2)
-                    weights[place] += share
+            rival = regression.sizes([*others, *each.members]).among(sizes.keys)
+            own = [sizes.keys.index(key) for key in rival.keys]
+            apart = rival.values - sizes.values[own]
+            variances[own] += share * (np.diag(rival.covariance) + apart**2)
+            weights[own] += share
         wider = variances / np.where(weights > 0.0, weights, 1.0) / np.diag(sizes.covariance)
         scale = np.sqrt(np.maximum(wider, 1.0))
         sizes = replace(sizes, covariance=sizes.covariance * np.outer(scale, scale))

@@ -172,6 +172,14 @@ def test_a_column_that_moves_the_answer_is_a_doubt_in_every_voice(tmp_path):
     (told,) = calibration_json(answer)["disagreements"]
     assert told["kind"] == "reading"
     assert told["size_kt"] == pytest.approx(float(np.max(np.abs(moved))) / KNOT, rel=0.1)
+    first, *_ = calibration_json(answer)["findings"]
+    assert first == {
+        "kind": "reading",
+        "words": told["words"],
+        "moves_kt": told["size_kt"],
+        "first": True,
+        "usable": True,
+    }
     record, card = tmp_path / "record.html", tmp_path / "card.csv"
     answer.write_record(record)
     answer.write_card(card)

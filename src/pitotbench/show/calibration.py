@@ -171,6 +171,9 @@ _ASSUMED = (
 _READ = ("log", "faulty rows", "flight left out", "own curves", "display steps", COUNTED_ONCE)
 
 
+_MOVES = "reading"  # kind of the findings that a column of the fit holds
+
+
 def _code(warning: str) -> str:
     return getattr(warning, "code", "")
 
@@ -180,6 +183,32 @@ def is_doubt(warning: str) -> bool:
     without a code does.
     """
     return _code(warning) not in _READ
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What was found beside an answer: its kind, in words, and the most [m/s] that it moves the
+    curve; None where no column holds it. One that is `fatal` makes the answer unusable; one of the
+    `first` must go with it, the others tell how the log was read.
+    """
+
+    kind: str
+    words: str
+    moves: MetersPerSecond | None
+    first: bool = True
+    fatal: bool = False
+
+
+def findings_of(result: Calibration) -> list[Finding]:
+    """Return the findings beside an answer in the order of every voice: what makes it unusable, what
+    else contradicts it, what may move it, and how the log was read.
+    """
+    found = [
+        Finding(each.kind, each.words, each.size if each.kind == _MOVES else None, fatal=each.fatal)
+        for each in result.disagreements
+    ]
+    notices = [Finding(_code(w), str(w), None, is_doubt(w)) for w in result.warnings]
+    return sorted([*found, *notices], key=lambda each: (not each.fatal, not each.first))
 
 
 def headline(result: Calibration) -> list[str]:
@@ -196,11 +225,8 @@ def doubts_of(result: Calibration) -> list[str]:
     """What an answer must not go without, wherever it is taken: what contradicts it, what may move
     it, what is assumed. The first says which speeds and tracks the log lacks.
     """
-    warnings = [
-        f"{w[:1].upper()}{w[1:]}{'' if w.endswith('?') else '.'}"
-        for w in result.warnings
-        if is_doubt(w)
-    ]
+    words = [each.words for each in findings_of(result)[len(result.disagreements) :] if each.first]
+    warnings = [f"{w[:1].upper()}{w[1:]}{'' if w.endswith('?') else '.'}" for w in words]
     sentences = [*headline(result), *warnings, *doubts_of_curve(result.curve)]
     return (
         [f"{sentences[0]}{_one_sided_words(result.one_sided)}", *sentences[1:]] if sentences else []

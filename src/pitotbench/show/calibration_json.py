@@ -14,7 +14,7 @@ from pitotbench.records.calibration import (
     WindowWind,
 )
 from pitotbench.records.outputs import file_name
-from pitotbench.show.calibration import NamedFlight
+from pitotbench.show.calibration import NamedFlight, findings_of
 from pitotbench.show.columns import json_rows
 from pitotbench.show.curve_rows import CURVE_COLUMNS, curve_points, points_json
 from pitotbench.show.deliverables import settings_json
@@ -72,6 +72,16 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "disagreements": [
             {"kind": each.kind, "words": each.words, "size_kt": each.size / KNOT}
             for each in result.disagreements
+        ],
+        "findings": [
+            {
+                "kind": each.kind or None,
+                "words": each.words,
+                "moves_kt": None if each.moves is None else each.moves / KNOT,
+                "first": each.first,
+                "usable": not each.fatal,
+            }
+            for each in findings_of(result)
         ],
         "one_sided": [
             {

@@ -10,6 +10,7 @@ import numpy as np
 from pitotbench.records.calibration import Calibration, WindEstimate, WindowWind
 from pitotbench.records.log import Provenance
 from pitotbench.records.verdict import Check
+from pitotbench.show.calibration import findings_of
 from pitotbench.show.columns import Column
 from pitotbench.show.deliverables import who_and_when
 from pitotbench.show.markup import render
@@ -50,12 +51,8 @@ def checks_of(result: Calibration) -> list[Check]:
     failed: dict[str, list[str]] = (
         {} if result.converged else {"the fit converged": [result.reason]}
     )
-    findings = [
-        *((d.kind, d.words) for d in result.disagreements),
-        *((w.code, str(w)) for w in result.warnings),
-    ]
-    for kind, why in findings:
-        failed.setdefault(_FAILED_BY.get(kind, ""), []).append(why)
+    for each in findings_of(result):
+        failed.setdefault(_FAILED_BY.get(each.kind, ""), []).append(each.words)
     late, change, agreement = found.latency, found.wind_change, found.height_agreement
     delay = ""
     if late is not None and np.isfinite(late.two_sigma):

@@ -7,7 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.calibration.hand_cards import DEG, FT, KT, STEPS, make_card, spoil, true_airspeed_kt
+from tests.calibration.hand_cards import (
+    DEG,
+    FT,
+    KT,
+    STEPS,
+    make_card,
+    spoil,
+    true_airspeed_kt,
+    with_slips,
+)
 
 from pitotbench.calibration.card_model import USUAL_NOISE, CardModel
 from pitotbench.calibration.card_slips import find_slips
@@ -158,6 +167,14 @@ def test_slips_are_found_in_any_order_of_the_tracks():
         _, found = find_slips(mixed, STEPS, USUAL)
         named += [each.row for each in found] == [row]
     assert named >= 8
+
+
+@pytest.mark.parametrize("seed", [8001, 8016, 8017])
+def test_two_slips_that_hide_each_other_are_named(seed):
+    """Under the noise of all legs, which is theirs, neither of them or another one stands out."""
+    legs, rows = with_slips(make_card(seed, legs=3, points=8).legs[:22], seed, 2)
+    _, found = find_slips(legs, STEPS, USUAL)
+    assert {each.row for each in found} == rows
 
 
 def test_legs_of_a_pilot_who_keeps_no_tracks_are_right():

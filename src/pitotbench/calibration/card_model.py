@@ -242,6 +242,11 @@ class CardModel:
         """Return the logarithm of the evidence of the card under one noise."""
         return restricted_log_likelihood(self.problem, self.noise(noise)) + _log_prior(noise)
 
+    def log_evidence_of_heard(self, noise: Array) -> float:
+        """Return the same of the legs that are not struck out, to be compared between sets."""
+        unheard = 0.5 * np.log(_UNHEARD) * np.count_nonzero(self.struck)
+        return self.log_evidence(noise) + float(unheard)
+
     @cached_property
     def nodes(self) -> tuple[NoiseNode, ...]:
         """The posterior: curves under each plausible noise and departure."""

@@ -1,19 +1,20 @@
 """Find slips of the pencil on a card: legs that cannot be, and what was probably meant.
 
-A leg is right or a slip, and a slip is one of those that a hand makes, or of no known kind. Each
-leg is judged by the odds of these hypotheses: by what all other legs predict for its equation, and
-by the airspeed and the tracks that are usual on the card. Legs are struck out until no other is
-more probably a slip than not; one that the others then predict comes back.
+A leg is right or a slip, and a slip is one of those that a hand makes, or of no known kind. What is
+judged is a set of slips: by the evidence of all other legs under the noise that is likeliest
+without the set, by what these predict for each slip and for what was meant by it, by the airspeeds
+and tracks that are usual on the card, and by how rare a slip is. Under the noise of all legs two
+slips hide each other, and under that of a set one leg more is always a slip.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
 
-from pitotbench.calibration.card_model import USUAL_NOISE, CardModel, Others
+from pitotbench.calibration.card_model import CardModel, Others
 from pitotbench.calibration.leg_methods import turn_between
 from pitotbench.calibration.options import PRIORS, Accuracies, Priors
 from pitotbench.records import BadInputError
@@ -26,13 +27,11 @@ _ELSEWHERE = -10.0  # ln of the density, per peak, of legs flown apart from the 
 _PILOTS = 0.1  # such legs after which a card is expected to hold twice as many: pilots differ
 _OUT_OF_TURN = 1.5  # ln of how much less usual a track is where most points fly another in its turn
 _UNKNOWN = 20.0 * KNOT  # 1σ of a slip of no known kind
-_LOOKED_AT = 4.0  # ln of how unlikely a leg must be before other readings of it are tried
+_LOOKED_AT = 2.0  # ln of how unlikely a leg must be before it is suspected: some 2σ
+_SUSPECTS = 3  # at a time
 _FITS = 2.5  # standard deviations within which the corrected leg must lie
-_ROUNDS = 30  # at most
-_NEIGHBORS = 4  # rows within which one leg is struck out at a time
 _NEAR = (0.4, 2.5)  # times the usual speed of the card, within which a speed may have been meant
 _CAN_BE = (0.15, 4.0)  # times the usual speed, beyond which a speed cannot be
-_BACK = 2.0  # log odds less, at which a leg that is struck out comes back
 _FEWEST = 3  # legs of a card below which nothing can be judged
 _FULL_TURN = 360.0
 _TIGHT = 12  # degrees from the middle of a track
@@ -74,24 +73,39 @@ def find_slips(
         raise BadInputError("fewer than three legs of the card can be: correct it")
     heard = [card.usual(leg) if leg.row in card.refused else leg for leg in legs]
     model = CardModel(heard, steps, stated, frozenset(card.refused), priors)
-    # A rough day is no slip: half of all legs depart by no more than they should.
-    rough = float(np.median(np.abs(model.others(USUAL_NOISE).surprise))) / _QUARTILE
-    model, _ = card.without_slips(model, USUAL_NOISE + np.log(max(rough, 1.0)))
-    model, found = card.without_slips(model, model.likeliest_noise)
+    found = card.likeliest(model)
     slips = [
         Slip(legs[place].row, legs[place].point, each.words, each.probably)
-        for place, each in found.items()
+        for place, each in found.slips.items()
     ]
-    return model, tuple(slips)
+    return found.model, tuple(slips)
 
 
 @dataclass(frozen=True, slots=True)
 class _Suspicion:
-    """The log odds that a leg is a slip, what is wrong, and what was probably meant."""
+    """ln of the probability that a slip made what is written, what is wrong, and what was probably
+    meant. A leg that cannot be is a slip in any case: 0.
+    """
 
-    odds: float
+    log_probability: float
     words: str
     probably: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    """A set of slips, by place, with the model of the other legs, ln of its probability, and the
+    places of the legs that are the next to be suspected.
+    """
+
+    model: CardModel
+    log_posterior: float
+    suspects: tuple[int, ...]
+    slips: dict[int, _Suspicion]
+
+
+def _log_posterior(judged: _Judged) -> float:
+    return judged.log_posterior
 
 
 class _Card:
@@ -136,44 +150,60 @@ class _Card:
         numbers: dict[str, Any] = {"track": 0.0, **self._usual}
         return replace(leg, **numbers)
 
-    def without_slips(
-        self, model: CardModel, noise: Array
-    ) -> tuple[CardModel, dict[int, _Suspicion]]:
-        """Strike out legs one by one in each neighborhood, and take those back that the others
-        predict. Return the model of the rest, and the suspicions by place.
+    def likeliest(self, model: CardModel) -> "_Judged":
+        """Return the likeliest set of slips that single steps reach from those of a model: a leg
+        struck out or taken back and, where neither gains, two such steps, as an exchange is.
         """
-        found: dict[int, _Suspicion] = {}
-        for _ in range(_ROUNDS):
-            found = self._suspicions(model.others(noise))
-            struck = {place for place in found if model.struck[place]}
-            new = list[int]()
-            for place in sorted(found.keys() - struck, key=lambda each: -found[each].odds):
-                near = [
-                    abs(other - place) <= _NEIGHBORS
-                    or self.legs[other].point == self.legs[place].point
-                    for other in new
-                ]
-                if not any(near) and len(self.legs) - len(struck) - len(new) > _FEWEST:
-                    new.append(place)
-            rows = frozenset(self.legs[place].row for place in [*struck, *new])
-            if rows == model.struck_rows:
-                break
-            model = model.without(rows)
-        return model, {place: each for place, each in found.items() if model.struck[place]}
+        known = dict[frozenset[int], _Judged]()
 
-    def _suspicions(self, others: Others) -> dict[int, _Suspicion]:
-        """Return the legs that are more probably slips than not, by place."""
-        struck = others.model.struck
-        unlikely = 0.5 * others.surprise**2 + self._oddness
-        found = {}
-        for place in np.flatnonzero(struck | (unlikely > _LOOKED_AT)).tolist():
-            each = self._suspicion(place, others)
-            if each.odds > (-_BACK if struck[place] else 0.0):
-                found[place] = each
-        return found
+        def judged(each: "_Judged", places: Iterable[int]) -> "list[_Judged]":
+            rows = [each.model.struck_rows ^ {self.legs[place].row} for place in places]
+            for own in rows:
+                if own not in known:
+                    known[own] = self._judged(model.without(own))
+            return [known[own] for own in rows if own != best.model.struck_rows]
+
+        best = self._judged(model)
+        while True:
+            near = judged(best, [*best.suspects, *self._taken_back(best)])
+            found = max([best, *near], key=_log_posterior)
+            if found is best:
+                far = [e for each in near for e in judged(each, each.suspects)]
+                found = max([best, *far], key=_log_posterior)
+            if found is best:
+                return best
+            best = found
+
+    def _taken_back(self, judged: "_Judged") -> list[int]:
+        struck = np.flatnonzero(judged.model.struck).tolist()
+        return [place for place in struck if self.legs[place].row not in self.refused]
+
+    def _judged(self, model: CardModel) -> "_Judged":
+        """Weigh a set of slips by the evidence of the other legs, under their own likeliest noise,
+        and by what was probably meant by each slip.
+        """
+        noise, struck = model.likeliest_noise, model.struck
+        others = model.others(noise)
+        total = model.log_evidence_of_heard(noise)
+        found = dict[int, _Suspicion]()
+        for place in range(len(struck)):
+            if struck[place]:
+                found[place] = self._suspicion(place, others)
+                total += found[place].log_probability
+            else:
+                total += self._habit(place, [self.legs[place]], struck)[0] + np.log(1.0 - _SLIPS)
+        unlikely = np.where(struck, 0.0, 0.5 * others.surprise**2 + self._oddness)
+        suspects = [
+            p for p in np.argsort(-unlikely)[:_SUSPECTS].tolist() if unlikely[p] > _LOOKED_AT
+        ]
+        if np.count_nonzero(~struck) <= _FEWEST:
+            suspects = []
+        return _Judged(model, total, tuple(suspects), found)
 
     def _suspicion(self, place: int, others: Others) -> _Suspicion:
-        """Weigh a leg as it was written against the slips that may have made it."""
+        """Weigh a leg that is struck out as a slip: what was probably meant, and how probable it is
+        that the leg was written so.
+        """
         leg, struck = self.legs[place], others.model.struck
         refusal = self.refused.get(leg.row, "")
         written = others.model.legs[place]
@@ -185,14 +215,10 @@ class _Card:
             priors += [_SLIPS / _KINDS / len(kind)] * len(possible)
         error, variance = others.of(place, readings)
         habit = self._habit(place, readings, struck)
-        fit = -0.5 * (error**2 / variance + np.log(variance)) + habit
         wide = variance[0] + _UNKNOWN**2
         unknown = -0.5 * (error[0] ** 2 / wide + np.log(wide)) + habit[0] + np.log(_SLIPS / _KINDS)
-        meant = fit[1:] + np.log(priors)
-        if refusal:
-            odds = np.inf
-        else:
-            odds = float(logsumexp([*meant, unknown]) - fit[0] - np.log(1.0 - _SLIPS))
+        meant = -0.5 * (error**2 / variance + np.log(variance)) + habit
+        meant = meant[1:] + np.log(priors)
         probably = ""
         if len(meant):
             best = int(np.argmax(meant))
@@ -202,7 +228,7 @@ class _Card:
         off = f"a {_of(leg)} of {leg.track / DEGREE:.0f}° is not that of the other points"
         fits_not = "does not fit the other legs of the card"
         return _Suspicion(
-            odds,
+            0.0 if refusal else float(logsumexp([*meant, unknown])),
             refusal or (off if strange and probably.startswith(_of(leg)) else fits_not),
             probably,
         )

@@ -194,7 +194,7 @@ class Finding:
 
     kind: str
     words: str
-    moves: MetersPerSecond | None
+    moves: float | None
     first: bool = True
     fatal: bool = False
 

@@ -318,6 +318,8 @@ class Regression:
         held = next((each for each in sets if set(each.names) == now), None)
         if held is None:
             return gaps
+        # One hypothesis against another is the question of its gap, which weighs it with the temper.
+        sets = [each for each in sets if each is held or len(each.names + held.names) > 2]
         best = next((s for s in sets if s is held or self._is_better(rest, s, held)), held)
         if len(best.names) < 2 and best is held:
             return gaps

@@ -287,7 +287,7 @@ def test_whatever_leaves_as_an_answer_carries_its_doubts(doubtful, tmp_path):
     }
     for name, text in texts.items():
         assert doubt in unescape(text), name
-        assert "What the error does to the altimeter is assumed" in unescape(text), name
+        assert "holds only if the static port is at fault" in unescape(text), name
     assert doubt in repr(found)
     # What is only assumed of the altimeter is not for the cockpit.
     assert "add to the altimeter" not in texts["sheet"]

@@ -382,7 +382,8 @@ def test_the_page_begins_with_the_answer_and_its_picture():
 
 
 @pytest.mark.parametrize(
-    ("change", "said"), [(0.0, "not touched"), (-1.0, "1.9 kt too low"), (0.3, "0.6 kt too high")]
+    ("change", "said"),
+    [(0.0, "stays the same"), (-1.0, "1.9 kt too low"), (0.3, "0.6 kt too high")],
 )
 def test_what_a_calibration_suffers_is_said_with_its_sign(change, said):
     assert said in calibration_words(

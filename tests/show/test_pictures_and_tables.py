@@ -137,7 +137,7 @@ def test_remarks_tell_the_smallest_residual_from_the_best_known_curve():
         ]
     )
     best, sentence = (node.text for node in campaign_tree(table) if isinstance(node, Sentence))
-    assert best.startswith("Four leg at 20/1 Hz knows the curve best: ±0.10 kt")
+    assert best.startswith("Four leg at 20/1 Hz has the narrowest bound: ±0.10 kt")
     assert "do not choose a maneuver by its residual" in sentence
 
 

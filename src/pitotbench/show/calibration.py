@@ -76,8 +76,8 @@ class ShortAnswer:
         if self.wind_kt is None or self.wind_two_sigma_kt is None:
             return "The wind is unknown."
         return (
-            f"The wind is {self.wind_kt:.1f} kt from {self.wind_from_deg:03.0f}°; each of its "
-            f"components is known to ±{self.wind_two_sigma_kt:.2f} kt (2σ) or better."
+            f"The wind is {self.wind_kt:.1f} ± {self.wind_two_sigma_kt:.1f} kt from "
+            f"{self.wind_from_deg:03.0f}°."
         )
 
 
@@ -163,8 +163,8 @@ def flight_lines(flight: CalibratedFlight) -> list[str]:
 
 
 _ASSUMED = (
-    "What the error does to the altimeter is assumed: nothing shows at which source it is, and the "
-    "altimeter may be right."
+    "The altimeter's correction holds only if the static port is at fault; this log cannot show "
+    "which port it is."
 )
 
 
@@ -239,10 +239,12 @@ def _one_sided_words(found: Sequence[OneSided]) -> str:
         f"{each.high / KNOT:.0f} KIAS"
         for each in found
     ]
-    sentences = (
-        f" Only these tracks were flown: {'; '.join(flown)}. Fly the opposite tracks as well."
+    if not found:
+        return ""
+    return (
+        f" You flew only tracks {'; '.join(flown)}: there wind and error look alike. Fly the "
+        "opposite tracks as well."
     )
-    return sentences if found else ""
 
 
 def doubts_of_curve(curve: ErrorCurve) -> list[str]:

@@ -229,13 +229,12 @@ def _assumptions(result: Calibration) -> Iterator[str]:
         names, sources = (", ".join(dict.fromkeys(each)) for each in zip(*exact, strict=True))
         parts.append(f"no constant error of {names} ({sources})")
     if parts:
-        yield f"The bounds assume these constant errors (2σ): {'; '.join(parts)}."
+        yield f"The ± holds constant errors of the sensors (2σ): {'; '.join(parts)}."
     zero = result.impact_pressure_zero
     if zero is not None:
         yield (
-            "Add the correction to the raw reading: it takes out a zero offset of the impact "
-            f"pressure of {zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ, if the model's curve is "
-            "right: a constant part of Δp looks the same); Δp/q_c is the pressure error without it."
+            f"The correction includes a sensor zero of {zero.value:+.0f} ± {zero.two_sigma:.0f} Pa "
+            "(2σ; a constant part of Δp looks the same), Δp/q_c does not."
         )
 
 

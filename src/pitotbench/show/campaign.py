@@ -153,7 +153,7 @@ MOST_CONDITIONS = 6  # that have a sentence each; the table has all
 
 
 def _best(table: "pd.DataFrame", varied: Sequence[Column[dict[str, Any]]]) -> Iterator[str]:
-    """Which maneuver knows the curve best, with what its truth says of it: a sentence for each of
+    """Which maneuver has the narrowest bound, with what its truth says of it: a sentence for each of
     the conditions that were flown.
     """
     every: dict[str, list[dict[str, Any]]] = {}
@@ -173,7 +173,7 @@ def _best_of(rows: Sequence[dict[str, Any]], table: "pd.DataFrame") -> str:
     if len(rows) == 1:
         return f"{_choice(first, table)} has a bound of {_bound(first)}; {truth}."
     if _holds(first):
-        return f"{_choice(first, table)} knows the curve best: {_bound(first)}; {truth}."
+        return f"{_choice(first, table)} has the narrowest bound: {_bound(first)}; {truth}."
     said = (
         f"{_choice(first, table)} claims the narrowest bound, {_bound(first)}, which the truth "
         f"contradicts: {truth}, and {100.0 * first['curve_coverage']:.0f} % of the true curve is inside"

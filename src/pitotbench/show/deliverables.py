@@ -49,8 +49,8 @@ def _wash_line(wash: Estimate | None) -> str:
         return "A propeller's wash was not looked for: the log holds neither throttle nor power."
     if not np.isfinite(wash.two_sigma):
         return (
-            "A propeller's wash cannot be told: power follows airspeed here. Fly one speed in "
-            "climb and descent."
+            "Not checked for propeller wash: power and speed changed together. Fly one speed in "
+            "climb and in descent."
         )
     size = (
         f"{wash.value / KNOT:+.2f} ± {wash.two_sigma / KNOT:.2f} kt at full power against idle (2σ)"

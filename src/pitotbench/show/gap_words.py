@@ -101,9 +101,8 @@ def calibration_words(change: CalibrationChange) -> str:
     low, high = (round(float(v / KNOT)) for v in (change.airspeed[0], change.airspeed[-1]))
     if abs(wrong[worst]) < UNTOUCHED:
         return (
-            f"A calibration by this flight is not touched: it changes by less than {UNTOUCHED:g} "
-            f"kt between {low} "
-            f"and {high} KIAS."
+            f"The airspeed calibration stays the same, within {UNTOUCHED:g} kt from {low} to {high} "
+            "KIAS."
         )
     way = "high" if wrong[worst] > 0.0 else "low"
     return (

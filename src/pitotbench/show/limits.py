@@ -111,13 +111,12 @@ class LimitJudgment:
     def sentence(self) -> str:
         """The judgment in one sentence."""
         said = {
-            "inside": "the curve and its ±2σ bound stay inside, with a margin of "
-            f"{self.with_bound} or more",
-            "open": "the curve stays inside, but its ±2σ bound exceeds the limit by up to "
-            f"{self.with_bound}; fly more before relying on the curve",
-            "outside": f"the curve exceeds the limit by up to {self.alone}",
+            "inside": f"Inside {self.rule}, ±2σ included: closest {self.with_bound} to spare",
+            "open": f"Not shown to be inside {self.rule}: the ±2σ reaches {self.with_bound} beyond; "
+            "fly more before relying on the curve",
+            "outside": f"Outside {self.rule} by up to {self.alone}",
         }
-        return f"{self.rule} allows {self.allows}: {said[self.verdict]}."
+        return f"{said[self.verdict]} ({self.allows})."
 
 
 def limit_named(text: str) -> Limit | str | None:

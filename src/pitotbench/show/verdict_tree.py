@@ -213,11 +213,13 @@ def _flown(flown: FlownAgain) -> list[Node]:
         return [Sentence(f"Skipped: {flown.skipped}.")]
     features, left = noticed(flown.features), len(remaining_features(flown.features))
     hand = "the autopilot alone" if flown.pilot == "none" else f"a {flown.pilot} pilot"
+    is_patched = any(each.patched != each.simulated for each in flown.features)
+    patched = "With the patch" if is_patched else "Flown again"
     many = f"{left} of {len(flown.features)} characteristic numbers of the card"
     said = {
         f"Flown by {hand}: bank, pitch and heading of the log move as under this hand.": flown.pilot,
         _shortfall(flown): True,
-        f"With the patch, {many} differ by more than chance.": flown.features,
+        f"{patched}, {many} differ by more than chance.": flown.features,
     }
     limit = (
         "σ is the standard deviation between two flights of one airplane, from six flights; one of "
@@ -254,8 +256,8 @@ def _shortfall(flown: FlownAgain) -> str:
     within = "is within its" if len(short) == 1 else "are within their"
     return (
         f"With the patch, {listed(short)} {within} tolerance less often than between two "
-        "flights of one airplane: what differs there is not in the patch. The hand of the pilot, "
-        "the wind and its gusts over the flight are the card's, not the log's."
+        "flights of one airplane: the replay has another hand and other gusts, so it drifts from "
+        "the log."
     )
 
 

@@ -26,8 +26,17 @@ from pitotbench.browser import server as page_server
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
-from pitotbench.browser.words import state_of
-from pitotbench.browser.work import SETTINGS, Found, Request, draft, find_flights, reduce_legs
+from pitotbench.browser.words import in_fields, state_of
+from pitotbench.browser.work import (
+    EXAMPLE,
+    SETTINGS,
+    Found,
+    Request,
+    draft,
+    find_flights,
+    fly_example,
+    reduce_legs,
+)
 from pitotbench.browser.workers import Limits, Workers
 from pitotbench.cli import open as open_command
 from pitotbench.cli.app import command_line
@@ -387,6 +396,42 @@ def test_of_one_drop_a_log_that_is_read_is_shown() -> None:
         desk.close()
 
     asyncio.run(run())
+
+
+def test_a_flight_is_removed_and_the_choice_of_others_stays() -> None:
+    async def run() -> None:
+        desk = Desk(Store(), Recorder())  # type: ignore[arg-type]
+        desk.found = [found("a.csv"), found("b.csv"), found("c.csv")]
+        desk.choose([1])
+        act(desk, {"what": "remove", "place": 0})
+        assert [each.log.name for each in desk.found] == ["b.csv", "c.csv"]
+        assert desk.chosen == (0,)
+        act(desk, {"what": "remove", "place": 0})
+        assert (desk.chosen, desk.request) == ((), None)
+        with pytest.raises(LookupError):
+            act(desk, {"what": "remove", "place": 5})
+        desk.close()
+
+    asyncio.run(run())
+
+
+def test_a_refusal_speaks_of_fields_not_of_flags() -> None:
+    said = "state the day's: --temperature-c 18±2@ground, or take a part (--from, --to); --odd"
+    assert in_fields(said) == (
+        "state the day's: the field “temperature of the day” 18±2@ground, or take a part (the field "
+        "“from”, the field “to”); --odd"
+    )
+    missing = "missing column. A log with other names needs a mapping file: `pitotbench map` drafts"
+    assert in_fields(missing).endswith("with other names is read by the draft below: correct it")
+
+
+def test_the_example_is_a_flight_that_is_read(tmp_path: Path) -> None:
+    told: dict[str, Any] = {}
+    place = tmp_path / "new" / EXAMPLE
+    fly_example(told.__setitem__, place, {EXAMPLE: EXAMPLE}, tmp_path)
+    (flight,) = told["found"]
+    assert flight.log.name == EXAMPLE
+    assert not flight.flight.refusal
 
 
 def test_the_desk_outlives_the_tab() -> None:

@@ -127,6 +127,20 @@ def test_a_dropped_log_has_the_answer_of_the_command(
         assert text in shown
 
 
+def test_the_curve_stands_beside_the_answer_on_the_first_screen(dropped: Browser) -> None:
+    dropped.resize(1200, 900)
+    dropped.run("window.scrollTo(0, 0)")
+    places = [
+        dropped.run(
+            f"(() => {{ const box = document.getElementById('{name}').getBoundingClientRect();"
+            "return [box.left, box.right, box.top, box.bottom]; })()"
+        )
+        for name in ("answer", "curve")
+    ]
+    assert places[0][1] < places[1][0]
+    assert max(place[3] for place in places) < 900
+
+
 def test_card_and_record_are_those_of_the_command(dropped: Browser, log: Path, answer: Any) -> None:
     card = log.with_name("card.csv")
     assert download(dropped, "card") == card.read_text(encoding="utf-8")
@@ -186,8 +200,10 @@ def test_a_brush_over_all_minutes_is_the_whole_log(dropped: Browser) -> None:
     assert "--from" not in dropped.answered()["command"]
 
 
-def test_a_wrong_flag_is_refused_in_the_words_of_the_command(dropped: Browser) -> None:
-    for text, words in (("soon", "--from 'soon': give minutes and seconds"), ("", "")):
+def test_a_wrong_value_is_refused_in_the_words_of_the_command_by_its_field(
+    dropped: Browser,
+) -> None:
+    for text, words in (("soon", "the field “from” 'soon': give minutes and seconds"), ("", "")):
         dropped.run(
             f"(() => {{ const form = document.getElementById('flags'); "
             f"form.elements.begin.value = {text!r}; form.requestSubmit(); }})()"

@@ -10,6 +10,7 @@ from typing import Any
 
 from pitotbench.browser.uploads import Store
 from pitotbench.browser.work import (
+    EXAMPLE,
     Answer,
     DraftRow,
     Found,
@@ -19,6 +20,7 @@ from pitotbench.browser.work import (
     answer,
     draft,
     find_flights,
+    fly_example,
     mapping_of,
     reduce_legs,
     take,
@@ -101,8 +103,27 @@ class Desk:
         for place in sorted({path if path in alone else path.parent for path in names}):
             self.add(place, {path.name: name for path, name in names.items()})
 
-    def add(self, place: Path, names: dict[str, str]) -> None:
-        """Look for flights in a file, a folder or a .zip file. `names` as for `find_flights`.
+    def add_example(self) -> None:
+        """Fly an example on the bench, and look into its log."""
+        place = self.store.new_folder() / EXAMPLE
+        self.add(place, {place.name: place.name}, fly_example)
+
+    def remove(self, place: int) -> None:
+        """Take a flight out of the list; the answer of others stays."""
+        gone = self.found[place]
+        del self.found[place]
+        if self.handbook == gone.log:
+            self.handbook = None
+            self.change(handbook=None)
+        if place in self.chosen:
+            self._stop()
+            self._clear()
+        self.chosen = tuple(i - (i > place) for i in self.chosen)
+        self.tell()
+
+    def add(self, place: Path, names: dict[str, str], question: Any = find_flights) -> None:
+        """Look for flights in a file, a folder or a .zip file, or where another question puts
+        them. `names` as for `find_flights`.
 
         What came last is chosen, be it read or refused; of one drop a log that is read.
         """
@@ -125,7 +146,7 @@ class Desk:
                 self._shown = (drop, bool(read))
                 self.choose((read or strange or logs)[:1])
 
-        self._ask(f"reading {shown}", then, find_flights, place, names, self.store.new_folder())
+        self._ask(f"reading {shown}", then, question, place, names, self.store.new_folder())
 
     def choose(self, places: Sequence[int]) -> None:
         """Choose the logs that are asked, by their places in the list."""

@@ -18,7 +18,6 @@ from bokeh.models import (
     LinearAxis,
     Span,
     TapTool,
-    Whisker,
 )
 from bokeh.plotting import figure
 from jinja2 import Template
@@ -91,6 +90,8 @@ _GLYPHS: dict[tuple[str, str, str], tuple[tuple[str, ...], Mapping[str, str | fl
     ("error", "scatter", "samples"): (("speed", "correction"), _SAMPLE),
     ("error", "line", "curve"): (("speed", "correction"), {"color": _BLUE, "line_width": 2}),
     ("error", "line", "handbook"): (("speed", "correction"), _HANDBOOK),
+    # A glyph counts for the range of the axis: no leg's bar is cut, as one of an annotation is.
+    ("error", "segment", "legs"): (("speed", "low", "speed", "high"), {"color": _INK}),
     ("error", "scatter", "legs"): (("speed", "correction"), _LEG),
     ("error", "scatter", "marked"): (("speed", "correction"), _MARK),
 }
@@ -195,8 +196,6 @@ class View:
             HoverTool(renderers=[drawn["error", "line", "curve"]], mode="vline"),
         )
         self.time.add_layout(LinearAxis(y_range_name="height"), "right")
-        legs = self.data["legs"]
-        self.error.add_layout(Whisker(base="speed", lower="low", upper="high", source=legs))
         self.error.add_layout(Span(location=0.0, dimension="width", line_width=1))
         self.data["samples"].selected.on_change("indices", self._tapped)
         self.time.on_event(SelectionGeometry, self._brushed)

@@ -56,6 +56,10 @@ def act(desk: Desk, choice: dict[str, Any]) -> None:
             desk.choose([int(place) for place in places])
         case {"what": "compare", "place": int(place)}:
             desk.compare(place)
+        case {"what": "remove", "place": int(place)}:
+            desk.remove(place)
+        case {"what": "example"}:
+            desk.add_example()
         case {"what": "flags", "flags": flags, "without": str(without)}:
             stated = {name: str(flags[name]).strip() for name in SETTINGS}
             spans = tuple(span.strip() for span in without.split(",") if span.strip())

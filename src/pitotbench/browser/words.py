@@ -2,6 +2,8 @@
 of the desk. The page puts them in as text, never as HTML.
 """
 
+import re
+
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.work import SETTINGS, Plain, Request
 from pitotbench.channels import CHANNELS
@@ -14,7 +16,20 @@ from pitotbench.show.tree import SOURCES
 from pitotbench.units import SUFFIXES, SYMBOLS
 
 UNITS = ("kt", "kmh", "mph", "mps")
-_KINDS = ("page", "card", "record", "parameters", "mapping", "json")  # to take away
+_KINDS = (
+    "page",
+    "card",
+    "record",
+    "table",
+    "sheet",
+    "parameters",
+    "mapping",
+    "json",
+)  # to take away
+_FLAGS = {each.metadata["flag"]: name for name, each in SETTINGS.items()}
+_LABELS = {"begin": "from", "end": "to", "temperature_c": "temperature of the day"}  # of fields
+_FLAG = re.compile(r"(--[a-z][a-z-]*)( [^\s,;.)`]*[^\s,;.)`:])?")
+_DRAFTED = re.compile(r"needs a mapping file: `pitotbench map.*", re.DOTALL)
 
 
 def state_of(desk: Desk) -> Plain:
@@ -23,7 +38,7 @@ def state_of(desk: Desk) -> Plain:
     stated = asked or Request()
     return {
         "status": desk.status,
-        "refusal": desk.refusal,
+        "refusal": in_fields(desk.refusal),
         "flights": plain_table(SUMMARY_COLUMNS, [each.flight for each in desk.found]),
         "refused": [str(each.flight) if each.flight.refusal else "" for each in desk.found],
         "books": [each.handbook for each in desk.found],
@@ -45,6 +60,17 @@ def state_of(desk: Desk) -> Plain:
         "draft": _draft(desk),
         "legs": desk.legs,
     }
+
+
+def in_fields(text: str) -> str:
+    """A refusal of a command as the page says it: by the names of its fields, not by flags."""
+
+    def field(found: re.Match[str]) -> str:
+        name = _FLAGS.get(found[1])
+        label = _LABELS.get(name, name.replace("_", " ")) if name else ""
+        return f"the field “{label}”{found[2] or ''}" if name else found[0]
+
+    return _FLAG.sub(field, _DRAFTED.sub("is read by the draft below: correct it", text))
 
 
 def settings_told() -> Plain:

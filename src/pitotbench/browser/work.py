@@ -172,6 +172,26 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
     tell("found", tuple(found))
 
 
+EXAMPLE = "example flight.csv"  # of the bench
+
+
+def fly_example(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Path) -> None:
+    """Fly circles on the bench in light turbulence, write their log to a place, and tell its
+    flight as `find_flights` does.
+    """
+    from pitotbench.logbook.formats import write_log
+    from pitotbench.records.case import Case
+    from pitotbench.sensing.recorder import record
+    from pitotbench.sensing.sampling import data_system
+    from pitotbench.simulation.sortie import fly
+
+    tell("status", "flying an example")
+    place.parent.mkdir()
+    flight = fly(Case(maneuver="circle", turbulence="light"))
+    write_log(record(flight, data_system("5/1"), 1), place)
+    find_flights(tell, place, names, unpacked)
+
+
 @lru_cache(maxsize=3)
 def _table(path: Path, whole: Request) -> Any:
     from pitotbench.logbook.autopilot import stated_parameters
@@ -299,25 +319,31 @@ def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings |
 
 
 def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
-    """Tell name and text of a kind of file: `page`, `card`, `record`, `parameters` or `json`. What
-    is read is in `units`; the name says that of speed.
+    """Tell name and text of a kind of file: `page`, `card`, `record`, `table`, `sheet`,
+    `parameters` or `json`. What is read is in `units`, where the name says that of speed.
     """
-    from pitotbench.show.calibration import NamedFlight
+    from pitotbench.show.calibration import NamedFlight, doubts_of
     from pitotbench.show.calibration_json import flights_json
     from pitotbench.show.columns import answer_text
     from pitotbench.show.curve_rows import card_csv
-    from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file
+    from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file, table_text
+    from pitotbench.show.legs import card_sheet
     from pitotbench.show.pages import calibration_record, flights_page
 
     found = [
         NamedFlight(request.logs[each.place].name, each, _settings(request, each))
         for each in _calibrated(tell, request)
     ]
+    first = found[0].flight.calibration
+    subject = Path(request.logs[0].name).stem
+    tabled = ({"": first.curve}, subject, {"": doubts_of(first)}, first.provenance)
     every, unit = [each.flight.calibration for each in found], units.speed
     makers: dict[str, tuple[str, Callable[[], str]]] = {
         "json": (".json", lambda: answer_text(flights_json(found))),
         "card": (f"-card-{unit}.csv", lambda: card_csv(every[0], unit)),
         "record": (f"-record-{unit}.html", lambda: calibration_record(every, units=units)),
+        "table": ("-table.html", lambda: table_text(".html", *tabled)),
+        "sheet": ("-legs.html", card_sheet),
         "page": (f"-page-{unit}.html", lambda: flights_page(found, units=units)),
     }
     if (settings := found[0].settings) is not None:

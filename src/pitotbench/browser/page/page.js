@@ -195,6 +195,7 @@ at("choose").addEventListener("click", () => {
   const marked = document.querySelectorAll("#flights input:checked");
   act({ what: "choose", places: Array.from(marked, (box) => Number(box.value)) });
 });
+at("example").addEventListener("click", () => act({ what: "example" }));
 at("map").addEventListener("click", () => {
   const rows = Array.from(document.querySelectorAll("#columns tbody tr"), (row) => {
     const [ours, unit] = row.querySelectorAll("input");
@@ -280,7 +281,9 @@ function flights(found, before) {
     const open = make("button", shown ? { compare: "compared", show: "shown" }[word] : word,
       { type: "button", "aria-label": `${word} ${cells[0]}`, "aria-pressed": shown });
     open.addEventListener("click", () => act(book ? { what: "compare", place } : { what: "choose", places: [place] }));
-    cell.append(...(book ? [] : [box, " "]), open);
+    const gone = make("button", "remove", { type: "button", "aria-label": `remove ${cells[0]}` });
+    gone.addEventListener("click", () => act({ what: "remove", place }));
+    cell.append(...(book ? [] : [box, " "]), open, " ", gone);
     row.append(cell);
     const refused = book ? `${cells[0]}: the airspeeds of a handbook, to compare a curve with` : found.refused[place];
     if (refused) row.append(make("td", refused, { colspan: found.flights.head.length }));
@@ -320,7 +323,7 @@ setInterval(() => {
   say("since", state && state.status && seconds > 1 ? `, ${seconds} s` : "");
 }, 500);
 
-const TAKE = { page: "Page (HTML)", card: "Card (CSV)", record: "Record (HTML)", parameters: "Parameters", mapping: "Mapping (TOML)", json: "JSON" };
+const TAKE = { page: "Page (HTML)", card: "Card (CSV)", record: "Record (HTML)", table: "Cockpit table (HTML)", sheet: "Sheet for legs (HTML)", parameters: "Parameters", mapping: "Mapping (TOML)", json: "JSON" };
 
 function show(text) {
   const before = state;
@@ -342,8 +345,8 @@ function show(text) {
   const early = told.filter((node, place) => picture < 0 || place < picture || node.first);
   if (answer || state.refusal || !state.status) tell("told", early);
   const there = state.command !== "";
-  at("flight").hidden = at("pair").hidden = !there;
-  if (!there) at("more").hidden = true;
+  at("flight").hidden = at("way").hidden = !there;
+  if (!there) at("more").hidden = at("curve").hidden = true;
   else if (answer || !state.status) at("more").hidden = at("curve").hidden = !answer;
   at("told").classList.toggle("fatal", Boolean(answer && !answer.usable));
   const form = at("flags");

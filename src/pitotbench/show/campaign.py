@@ -153,8 +153,8 @@ MOST_CONDITIONS = 6  # that have a sentence each; the table has all
 
 
 def _best(table: "pd.DataFrame", varied: Sequence[Column[dict[str, Any]]]) -> Iterator[str]:
-    """Which maneuver has the narrowest bound, with what its truth says of it: a sentence for each of
-    the conditions that were flown.
+    """Which maneuver has the narrowest bound, with what its truth says of it: a sentence for
+    each of the conditions that were flown.
     """
     every: dict[str, list[dict[str, Any]]] = {}
     for row in frame_rows(table):

@@ -101,8 +101,8 @@ def calibration_words(change: CalibrationChange) -> str:
     low, high = (round(float(v / KNOT)) for v in (change.airspeed[0], change.airspeed[-1]))
     if abs(wrong[worst]) < UNTOUCHED:
         return (
-            f"The airspeed calibration stays the same, within {UNTOUCHED:g} kt from {low} to {high} "
-            "KIAS."
+            f"The airspeed calibration stays the same, within {UNTOUCHED:g} kt from {low} to "
+            f"{high} KIAS."
         )
     way = "high" if wrong[worst] > 0.0 else "low"
     return (

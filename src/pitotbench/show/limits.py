@@ -112,8 +112,8 @@ class LimitJudgment:
         """The judgment in one sentence."""
         said = {
             "inside": f"Inside {self.rule}, ±2σ included: closest {self.with_bound} to spare",
-            "open": f"Not shown to be inside {self.rule}: the ±2σ reaches {self.with_bound} beyond; "
-            "fly more before relying on the curve",
+            "open": f"Not shown to be inside {self.rule}: the ±2σ reaches {self.with_bound} "
+            "beyond; fly more before relying on the curve",
             "outside": f"Outside {self.rule} by up to {self.alone}",
         }
         return f"{said[self.verdict]} ({self.allows})."

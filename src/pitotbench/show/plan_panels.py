@@ -1,4 +1,4 @@
-"""The pictures of a plan: the bound of each card and its minutes, the bound by airspeed, the ground."""
+"""The pictures of a plan: the bound and the minutes of each card, by airspeed, the ground."""
 
 from collections.abc import Sequence
 

@@ -318,7 +318,7 @@ class Regression:
         held = next((each for each in sets if set(each.names) == now), None)
         if held is None:
             return gaps
-        # One hypothesis against another is the question of its gap, which weighs it with the temper.
+        # One hypothesis against another is the question of its gap, weighed with the temper.
         sets = [each for each in sets if each is held or len(each.names + held.names) > 2]
         best = next((s for s in sets if s is held or self._is_better(rest, s, held)), held)
         if len(best.names) < 2 and best is held:
@@ -809,7 +809,7 @@ def fitted_by(regression: Regression, without: Iterable[str] = ()) -> Fitted:
 
 
 def _sizes_of(regression: Regression, gaps: Sequence[FoundGap]) -> Sizes:
-    """The sizes of all gaps, with bounds that hold those of the sets that are nearly as probable."""
+    """The sizes of all gaps, with bounds that hold those of sets nearly as probable."""
     sizes = regression.sizes([gap.member for gap in gaps])
     for near in dict.fromkeys(gap.near for gap in gaps if len(gap.near) > 1):
         others = [gap.member for gap in gaps if gap.near != near]

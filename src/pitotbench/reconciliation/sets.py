@@ -1,8 +1,9 @@
 """Weigh sets of hypotheses that act on one moment or one force, all at once.
 
-Stiffness and elevator of one moment can be told as center of gravity and pitch damping: each exchange
-of one of them for another is worse, the exchange of both is better. So the sets of one moment are
-enumerated, as the subsets of a regression are (Hoeting and others, Bayesian Model Averaging, 1999).
+Stiffness and elevator of one moment can be told as center of gravity and pitch damping: each
+exchange of one of them for another is worse, the exchange of both is better. So the sets of one
+moment are enumerated, as the subsets of a regression are (Hoeting and others, Bayesian Model
+Averaging, 1999).
 """
 
 from collections.abc import Iterator, Sequence
@@ -71,7 +72,7 @@ class WeighedSet:
 def weighed_sets(
     evidence: Information, hypotheses: Sequence[Hypothesis], most: int
 ) -> list[WeighedSet]:
-    """Return all sets of at most so many hypotheses, the empty one as well, the most probable first."""
+    """Return all sets of at most so many hypotheses, the empty one too, the most probable first."""
     found = [_weighed(evidence, own) for own in _subsets(hypotheses, most)]
     return sorted(found, key=lambda each: -each.log_weight)
 

@@ -200,8 +200,8 @@ class Finding:
 
 
 def findings_of(result: Calibration) -> list[Finding]:
-    """Return the findings beside an answer in the order of every voice: what makes it unusable, what
-    else contradicts it, what may move it, and how the log was read.
+    """Return the findings beside an answer in the order of every voice: what makes it unusable,
+    what else contradicts it, what may move it, and how the log was read.
     """
     found = [
         Finding(each.kind, each.words, each.size if each.kind == _MOVES else None, fatal=each.fatal)

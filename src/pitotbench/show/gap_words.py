@@ -116,8 +116,8 @@ def effect_words(effect: Candidate, *more: str) -> str:
     """An effect with its clear sizes, the times at which it begins and ends, and more to say of
     it.
 
-    A size within its bound of zero is left out where another is not. Opposite signs on the two sides
-    are one yawing moment, whatever gives it.
+    A size within its bound of zero is left out where another is not. Opposite signs on the two
+    sides are one yawing moment, whatever gives it.
     """
     clear = [s for s in effect.sizes if abs(s.value) > s.two_sigma] or effect.sizes
     sizes = [size_words(s.name, s.value, s.two_sigma) for s in clear]

@@ -161,11 +161,11 @@ def test_a_wrong_ratio_is_an_error_of_the_instrument_however_large(ratio):
     ("header", "scale"),
     [
         ({}, 0.01),
-        ({"recorder": "flight test"}, 0.001),
-        ({"recorder": "autopilot"}, 0.1),
+        ({"recorder_kind": "flight test"}, 0.001),
+        ({"recorder_kind": "autopilot"}, 0.1),
         ({"aircraft_kind": "drone"}, 0.1),
-        ({"recorder": "cockpit", "aircraft_kind": "drone"}, 0.01),
-        ({"recorder": "flight test", "priors": {"instrument_scale": 0.02}}, 0.02),
+        ({"recorder_kind": "cockpit", "aircraft_kind": "drone"}, 0.01),
+        ({"recorder_kind": "flight test", "priors": {"instrument_scale": 0.02}}, 0.02),
     ],
 )
 def test_the_scale_of_the_instrument_is_that_of_the_recorder(header, scale):
@@ -174,7 +174,7 @@ def test_the_scale_of_the_instrument_is_that_of_the_recorder(header, scale):
 
 def test_a_recorder_that_does_not_exist_is_refused_with_the_nearest_one():
     with pytest.raises(UnknownNameError, match="flight test"):
-        priors_of(None, {"recorder": "flight tests"})
+        priors_of(None, {"recorder_kind": "flight tests"})
 
 
 def test_what_a_probe_5_k_off_would_do_is_said_and_is_what_it_does():

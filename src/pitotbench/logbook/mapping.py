@@ -55,7 +55,7 @@ class Mapping:
     time base.
 
     `refuse` says why such a log cannot be calibrated, empty where it can. `kind` is that of the
-    aircraft that carry such a recorder, such as `drone`; empty where any may. `recorder` is its
+    aircraft that carry such a recorder, such as `drone`; empty where any may. `recorder_kind` is its
     kind, such as `flight test`; empty where it is not known. `shipped`: it is of a recorder's own
     format, which prescribes the units.
     """
@@ -65,7 +65,7 @@ class Mapping:
     calibrate: dict[str, str | float | bool | dict[str, float]]
     refuse: str = ""
     kind: str = ""
-    recorder: str = ""
+    recorder_kind: str = ""
     shipped: bool = False
 
 
@@ -127,7 +127,7 @@ def parse_mapping(name: str, text: str) -> Mapping:
         document.calibrate,
         document.refuse,
         document.kind,
-        document.recorder,
+        document.recorder_kind,
     )
 
 
@@ -173,7 +173,7 @@ def _document() -> Any:
         recognize=(list[str | list[str]], []),
         refuse=(str, ""),
         kind=(str, ""),
-        recorder=(str, ""),
+        recorder_kind=(str, ""),
         columns=(columns, {}),
         files=(GenericAlias(list, file), []),
         calibrate=(dict[str, str | float | bool | dict[str, float]], {}),

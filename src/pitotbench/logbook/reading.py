@@ -153,7 +153,7 @@ def _advised(table: Table, mapping: Mapping) -> Table:
     """
     advice: dict[str, object] = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
     advice |= {KIND: mapping.kind} if mapping.kind else {}
-    advice |= {RECORDER: mapping.recorder} if mapping.recorder else {}
+    advice |= {RECORDER: mapping.recorder_kind} if mapping.recorder_kind else {}
     advice |= {UNITS_BY: FORMAT} if mapping.shipped else {}
     return replace(table, header={**table.header, **advice})
 

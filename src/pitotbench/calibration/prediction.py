@@ -637,20 +637,17 @@ def _total_source(
     share, slow = stated.total_source / USUAL.total_source, slow_end(obs)
     usual = level_of_total(stated, priors)
     fault, factor = priors.instrument_fault_chance, priors.wrong_ratio_chance
-    # The wind triangle alone does not tell the two sources apart: nothing would show a rare size.
-    shown = options.use_altitude and obs.altitude is not None
-    narrower = (
-        (usual, 1.0 - fault - factor),
-        (float(np.hypot(usual, share * priors.instrument_fault)), fault),
-    )
     return (
         Nuisance(
             TOTAL_LEVEL,
-            share * priors.wrong_ratio if shown and usual > 0.0 else usual,
+            share * priors.wrong_ratio if usual > 0.0 else 0.0,
             _by_total_level,
             height=lambda rows: -rows.gain * rows.impact_pressure,
             of_source=True,
-            narrower=narrower if shown else (),
+            narrower=(
+                (usual, 1.0 - fault - factor),
+                (float(np.hypot(usual, share * priors.instrument_fault)), fault),
+            ),
         ),
         Nuisance(
             INCIDENCE,

@@ -177,20 +177,6 @@ def test_samples_far_from_the_curve_say_do_not_use(off, bound, found):
     assert all(each.kind == "samples" and each.fatal for each in told)
 
 
-@pytest.mark.parametrize(("moves", "told"), [(0.1, 0), (-0.6, 1), (2.0, 1)])
-def test_a_height_is_told_in_knots_where_it_moves_the_curve_by_a_quarter_of_the_bound(moves, told):
-    time = np.arange(0.0, 60.0)
-    speed = np.full(len(time), 110.0) * KNOT
-    residuals = Residuals(time, speed, np.zeros(len(time)), np.ones(len(time), dtype=bool))
-    moved = np.array([0.0, moves * KNOT])
-    found = disagreements(1e-6, residuals, _curve(1.0 * KNOT), moved=moved)
-    assert len(found) == told
-    for each in found:
-        assert each.kind == "height"
-        assert f"{moves:+.1f} kt at 130 KIAS, to +0.0 kt from {-moves:+.1f} without" in each.words
-    assert not disagreements(0.5, residuals, _curve(1.0 * KNOT), moved=moved)
-
-
 @pytest.mark.parametrize(("correction", "told"), [(0.5, []), (6.0, ["fixed_speed"])])
 def test_a_fixed_speed_point_far_from_the_curve_is_told(correction, told):
     found = calibrate(fixture.fly("circle", 2), CHECKED)

@@ -31,8 +31,7 @@ USED_WITH = {  # what a log or an answer must have for a prior to matter
 @pytest.fixture(scope="module")
 def logs():
     """A low log with height, one above 10,000 ft, and one without a vertical velocity."""
-    exact = {name: 0.0 for name in fixture.EXACT if name != "total_source"}
-    flown = replace(fixture.fly("circle", 3), header={"accuracy": exact})
+    flown = replace(fixture.fly("circle", 3), header={"accuracy": fixture.EXACT})
     high = replace(flown, static_pressure=np.full(len(flown), 60_000.0))
     high = fixture.without_height(high)
     return {"high": high, "no vertical velocity": replace(flown, velocity_down=None), "": flown}

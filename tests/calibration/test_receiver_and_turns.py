@@ -12,6 +12,7 @@ from tests.calibration import trajectories as fixture
 from pitotbench import CalibrationOptions, air
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import COLUMNS
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.units import KNOT
 
@@ -118,9 +119,7 @@ def test_a_good_flight_asks_for_no_column():
     assert not [each for each in found.warnings if each.code == "outside prior"]
 
 
-@pytest.mark.parametrize(
-    "name", ["receiver_smoothing_s2", "latency_s", "height_latency_s", "turn_lift"]
-)
+@pytest.mark.parametrize("name", COLUMNS)
 def test_a_column_of_width_zero_is_left_out_and_a_wider_one_widens_the_bound(name):
     log = replace(_flown(), altitude=np.full(len(_flown()), 1829.0))  # a height of no use
     widths = []
@@ -147,20 +146,3 @@ def test_the_answer_where_an_unknown_cannot_be_negative_has_the_moments_of_the_c
     )
     mass = quad(lambda x: norm.pdf(x, -3.0), 0.0, 20.0)[0]
     assert two.not_negative(0).weights[0] == pytest.approx(mass / (mass + norm.cdf(3.0)), rel=1e-6)
-
-
-def test_two_widths_of_a_prior_are_the_bayes_rule_of_both():
-    """One unknown seen with noise under a prior of two normal parts, by numeric integration."""
-    wide, narrow, chance, seen, noise = 0.6, 0.1, 0.05, 0.5, 0.2
-    variance = 1.0 / (wide**-2 + noise**-2)
-    by_wide = Posterior(
-        np.ones(1), np.array([[variance * seen / noise**2]]), np.array([[[variance]]])
-    )
-    both = by_wide.with_narrower_prior(0, wide, [(narrow, 1.0 - chance)])
-    x = np.linspace(-4.0, 4.0, 80_001)
-    prior = chance * norm.pdf(x, 0.0, wide) + (1.0 - chance) * norm.pdf(x, 0.0, narrow)
-    density = prior * norm.pdf(seen, x, noise)
-    mean = float(x @ density / density.sum())
-    assert both.mean[0] == pytest.approx(mean, rel=1e-6)
-    spread = float((x - mean) ** 2 @ density / density.sum())
-    assert both.covariance[0, 0] == pytest.approx(spread, rel=1e-6)

@@ -236,12 +236,9 @@ def test_a_log_of_the_bench_states_every_accuracy_that_would_else_be_the_usual_o
 
 
 def test_a_log_of_the_bench_states_every_column_that_its_sensors_do_not_need():
-    """But the latencies, which a case may have: they are free where the latency is not given. Those
-    of the total source are none where its accuracy is.
-    """
+    """But the latencies, which a case may have: they are free where the latency is not given."""
     stated = record(fixture.flight(), fixture.PERFECT, 1).header["priors"]
-    by_total_source = {"pitot_tube", "incidence", "instrument_scale"}
-    assert {*stated, "latency_s", "height_latency_s"} | by_total_source == {*COLUMNS}
+    assert {*stated, "latency_s", "height_latency_s"} == {*COLUMNS}
     assert set(stated.values()) == {0.0}
 
 

@@ -24,6 +24,7 @@ from pitotbench.calibration.options import (
     WITHOUT_TEMPERATURE,
     CalibrationOptions,
     Priors,
+    accuracies_of,
     priors_of,
 )
 from pitotbench.calibration.prediction import (
@@ -75,6 +76,10 @@ _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the 
 _AT_REST = 1.0  # m/s over the ground
 _NO_AIRSPEED = 10.0 * KNOT  # m/s: below it a reading is that of an airplane at rest
 _FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of the screening in `reduction`
+# Share of the level that the total source's slope has over half the flown range of ln q_ci: the
+# error of a pitot tube hardly changes with the airspeed (Gracey, NASA RP-1046, 1980, ch. 3).
+_TOTAL_SLOPE = 0.3
+_LEAST_HALF = 0.005  # of the range of ln q_ci: over less there is no slope
 _FLOOR = 1e-8  # m²: keeps the covariance regular for logs without noise
 
 
@@ -197,7 +202,7 @@ def altitude_rows(
     """Compute the altitude rows from a log's used rows and its rows at rest; None where its height
     is of no use.
 
-    Parameters: log; obs; options, with the priors; wind (2,),
+    Parameters: log; obs; options, with the accuracy of the total source and the priors; wind (2,),
     roughly, toward north and east [m/s], which gives the size of the horizontal pressure gradient.
     """
     if log.altitude is None:
@@ -370,6 +375,9 @@ def _assembled(
     layer = float(np.hypot(_LAYER, UNIFORM * moist))
     layers = profile.layers(height)
     unknown = _unknowns(rows, column, velocity, wind, layers, layer, obs.standard_day)
+    total_source = 0.5 * accuracies_of(options.accuracies, {}).total_source
+    if total_source > 0.0:
+        unknown = _with_total_source(unknown, rows, total_source)
     measured = rows.rise if tie is None else tie[np.isfinite(fix)]
     return replace(rows, unknown=unknown, spread=float(np.std(measured)))
 
@@ -541,6 +549,29 @@ def _unknowns(
     ties = rows.count - len(rows)
     return UnknownColumns(
         np.concatenate([columns, np.zeros((ties, columns.shape[1]))]), 1.0 / deviation**2
+    )
+
+
+def _with_total_source(
+    unknown: UnknownColumns, rows: AltitudeRows, deviation: float
+) -> UnknownColumns:
+    """The unknowns with the error of the total source: its level and its slope in ln q_ci, of which
+    `deviation` [-] is that of the level.
+
+    The wind triangle tells of both sources together, the static pressure of one: what the total
+    source does to the airspeed is no change of the height.
+    """
+    flying = rows.state.impact_pressure > 0.0
+    if not flying.any():
+        return unknown
+    place = np.log(np.where(flying, rows.state.impact_pressure, 1.0))
+    low, high = np.quantile(place[flying], [0.001, 0.999])
+    place = (place - 0.5 * (low + high)) / max(0.5 * float(high - low), _LEAST_HALF)
+    meters = rows.state.gain * rows.state.impact_pressure
+    both = np.pad(np.stack([meters, meters * place], axis=1), ((0, rows.count - len(rows)), (0, 0)))
+    known = np.array([deviation, _TOTAL_SLOPE * deviation]) ** -2.0
+    return UnknownColumns(
+        np.column_stack([both, unknown.columns]), np.concatenate([known, unknown.precision])
     )
 
 

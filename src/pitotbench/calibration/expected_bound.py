@@ -21,7 +21,7 @@ from pitotbench.calibration.options import (
     accuracies_of,
     priors_of,
 )
-from pitotbench.calibration.prediction import CurveMap, nuisances_of, with_priors
+from pitotbench.calibration.prediction import CurveMap, nuisances_of, with_signs
 from pitotbench.calibration.reduction import model_of, scale_of
 from pitotbench.calibration.result import correction_gradient
 from pitotbench.estimation.mixture import Posterior
@@ -93,7 +93,7 @@ def expected_two_sigma(
     covariance = covariance_given(structure, obs, divide(obs, block_length(obs)), theta, phi)
     known = np.zeros(len(covariance))
     known[: len(theta)] = theta
-    answer = with_priors(
+    answer = with_signs(
         Posterior(np.ones(1), known[None], covariance[None]), structure.nuisances, model.count
     )
     gradient = correction_gradient(CurveMap(model, indicated_airspeed), answer, structure.nuisances)

@@ -4,17 +4,15 @@ prior.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import nan
 from typing import Literal
 
 import numpy as np
 
-from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT
 from pitotbench.calibration.covering import CoveringFit
 from pitotbench.calibration.covering_problem import Structure, length_factor, wind_scale
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.prediction import INCIDENCE, TOTAL_LEVEL, Nuisance, PredictionModel
+from pitotbench.calibration.prediction import Nuisance, PredictionModel
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
@@ -175,20 +173,16 @@ _BIN = 10.0 * KNOT  # m/s: samples so near an airspeed are taken together
 _MEAN_OVER = 30.0  # s: and so near in time
 _SMOOTH_OVER = 300.0  # s: where the wind drifts, over as long as its path is smooth
 _FEWEST_MEANS = 4
-# probability of so much disagreement by chance, below which it is told
+# probability of so much disagreement by chance: below it triangle and height are not averaged, but
+# mixed (`location`)
 DISAGREE = 0.001
-_LEAST_MOVED = 0.25  # of the bound: where the height moves the curve by less, there is no need to
 _CLEAR = 3.0  # standard errors beyond which samples disagree
 _BOUNDS = 1.5  # times 2σ, likewise
 _LEAST_OFF = 0.5 * KNOT  # m/s, likewise
 
 
 def disagreements(
-    agreement: float | None,
-    residuals: Residuals,
-    curve: ErrorCurve,
-    drifting: bool = False,
-    moved: MetersPerSecond | None = None,
+    agreement: float | None, residuals: Residuals, curve: ErrorCurve, drifting: bool = False
 ) -> tuple[Disagreement, ...]:
     """Return where the wind triangle and the height disagree, and where the samples lie off the
     curve.
@@ -198,22 +192,16 @@ def disagreements(
     does not describe the log.
 
     Of a wind that is `drifting` only a smooth path is taken from the samples. `agreement` is the
-    probability that triangle and height differ by so much by chance, None where only one spoke, and
-    `moved` (c,) [m/s] what the height moves the curve by.
+    probability that triangle and height differ by so much by chance, None where only one spoke.
     """
     found = []
-    if agreement is not None and agreement < DISAGREE and moved is not None:
-        most = int(np.argmax(np.abs(moved) / curve.two_sigma))
-        change, result = float(moved[most]), float(curve.correction[most])
+    if agreement is not None and agreement < DISAGREE:
         words = (
-            f"the height moves the curve by {change / KNOT:+.1f} kt at "
-            f"{curve.indicated_airspeed[most] / KNOT:.0f} KIAS, to {result / KNOT:+.1f} kt from "
-            f"{(result - change) / KNOT:+.1f} without it, which is more than chance. The "
-            "temperature or the height may be off by more than stated, or the wind may follow the "
-            "speeds flown"
+            "the wind triangle and the height disagree about the curve by more than chance, and "
+            "the bound holds both. The temperature or the height may be off by more than stated, "
+            "or the wind may follow the speeds flown"
         )
-        if abs(change) > _LEAST_MOVED * curve.two_sigma[most]:
-            found.append(Disagreement("height", words, abs(change), fatal=False))
+        found.append(Disagreement("height", words, float(np.max(curve.two_sigma)), fatal=False))
     off, at = _samples_off(residuals, curve, _SMOOTH_OVER if drifting else _MEAN_OVER)
     if off > 0.0:
         words = (
@@ -330,9 +318,6 @@ _FAR = 3.0  # standard deviations of the prior of a noise parameter
 _Z_1_PERCENT = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
 # share of the prior variance: a log that resolves less says nothing of a nuisance
 _LEAST_KNOWN = 0.04
-_SIZED = (
-    0.2  # likewise: below it the estimate without the prior is a small number over a smaller one
-)
 
 _ERRORS = {  # name of a nuisance to its words and its unit
     "temperature_k": ("correction that the temperature needs", "K"),
@@ -344,7 +329,6 @@ _ERRORS = {  # name of a nuisance to its words and its unit
     "latency_s": ("latency of the GPS", "s"),
     "height_latency_s": ("latency of the GPS height beyond that of its velocity", "s"),
     "receiver_smoothing_s2": ("square of the time over which the GPS velocity is smoothed", "s²"),
-    INCIDENCE: ("loss of the pitot at the angle of attack of slow flight", "Δp/q_c"),
     "turn_lift": ("pressure error that the load factor adds in turns", "Δp/q_c"),
     "wind_north_mps_per_600_s": ("change of the wind toward north in 600 s", "m/s"),
     "wind_east_mps_per_600_s": ("change of the wind toward east in 600 s", "m/s"),
@@ -409,59 +393,31 @@ def outside_prior(
     Far is what 1 % of logs find of a nuisance where its prior holds, and for a noise parameter more
     than three standard deviations of the prior from its middle. The sentence states the size.
     """
-    return (
-        *_nuisances_outside(structure, answer, float(np.median(obs.impact_pressure))),
-        *_noise_outside(structure, obs, fit),
-    )
+    return (*_nuisances_outside(structure, answer), *_noise_outside(structure, obs, fit))
 
 
-def _nuisances_outside(
-    structure: Structure, answer: Posterior, middle: float = nan
-) -> list[Caution]:
-    """The sentences of nuisances; `middle` [Pa] is the middle of the log's impact pressures."""
-    found = []
+def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]:
+    mean, found = answer.mean, []
     for place, nuisance in enumerate(structure.nuisances, start=structure.model.count):
         # The scatter for known noise: the nodes' own differences are no knowledge of the nuisance.
         left = float(answer.weights @ answer.covariances[:, place, place]) / nuisance.deviation**2
-        told = max(1.0 - left, _LEAST_KNOWN)
-        # What the log says without the prior, which draws the estimate to zero.
-        value = float(answer.mean[place]) / told
-        error = nuisance.deviation * float(np.sqrt(left / told))
-        size = value if nuisance.positive else abs(value)
-        if size > _Z_1_PERCENT * float(np.hypot(nuisance.usual, error)):
-            if nuisance.name == TOTAL_LEVEL:
-                text = _total_sentence(value, 2.0 * error, middle)
-            else:
-                sized = (value, 2.0 * error) if told > _SIZED else None
-                text = _nuisance_sentence(nuisance, sized)
+        scatter = nuisance.deviation * float(np.sqrt(max(1.0 - left, _LEAST_KNOWN)))
+        size = float(mean[place]) if nuisance.positive else abs(float(mean[place]))
+        if size > _Z_1_PERCENT * scatter:
+            # What the log says without the prior, which draws the estimate to zero.
+            freed = (nuisance.deviation / scatter) ** 2
+            value, bound = float(mean[place]) * freed, 2.0 * nuisance.deviation * freed**0.5
+            text = _nuisance_sentence(nuisance, value, bound * left**0.5)
             found.append(Caution(text, "outside prior", nuisance.name, value))
     return found
 
 
-def _nuisance_sentence(nuisance: Nuisance, sized: tuple[float, float] | None) -> str:
-    """What a nuisance is by the rest of the log, with its 2σ; None where the log does not tell its
-    size, since its prior, or what else is unknown, says as much.
-    """
+def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float) -> str:
     words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
-    usual = _sized(f"±{2.0 * nuisance.usual:.3g}", unit)
-    if sized is None:
-        finding = f"lies beyond the {usual} (2σ) that is assumed; the log does not tell by how much"
-    else:
-        value = _sized(f"{sized[0]:+.3g} ± {sized[1]:.2g}", unit)
-        finding = f"is {value} by the rest of the log, where {usual} (2σ) is assumed"
-    return f"the {words} {finding}: check the sensor and its unit, or assume more"
-
-
-def _total_sentence(share: float, bound: float, middle: float) -> str:
-    """What the total source has by the height, where it is more than a good pitot and instrument
-    have: two causes that no log tells apart.
-    """
-    speed, right = air.calibrated_airspeed(middle * np.array([1.0, 1.0 + share]))
     return (
-        f"height and airspeed differ by {100.0 * share:+.1f} ± {100.0 * bound:.1f} % of the impact "
-        f"pressure ({(right - speed) / KNOT:+.1f} kt at {speed / KNOT:.0f} KIAS): pitot or "
-        "instrument is in error (a leak, a scale), which the curve holds, or a computer corrects "
-        "the pressure altitude alone, and then only the altitude correction is wrong"
+        f"the {words} is {_sized(f'{value:+.3g} ± {bound:.2g}', unit)} by the rest of the log, "
+        f"where {_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)} (2σ) is assumed: check the sensor "
+        "and its unit, or assume more"
     )
 
 

@@ -14,7 +14,7 @@ from pitotbench import air
 from pitotbench.calibration.fit_checks import require_useful
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
-from pitotbench.calibration.prediction import INCIDENCE, TOTAL_LEVEL, curve_airspeeds
+from pitotbench.calibration.prediction import curve_airspeeds
 from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, scale_of
 from pitotbench.calibration.result import assemble
 from pitotbench.estimation.information import Information, information_from
@@ -106,8 +106,7 @@ def _is_common(each: Reduction, name: str) -> bool:
     """
     if name == "temperature_k" and each.observations.standard_day:
         return False
-    common = (*(f.name for f in fields(Accuracies)), TOTAL_LEVEL, INCIDENCE, "turn_lift")
-    return name in common or name.startswith("velocity_")
+    return any(name == f.name or name.startswith("velocity_") for f in fields(Accuracies))
 
 
 def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
@@ -116,7 +115,7 @@ def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
         laws = 1.0 / np.mean([_law_variance(each) for each in single], axis=0)
     curve = dict(zip(single[0].model.error.parameter_names, map(float, laws), strict=True))
     return curve | {
-        n.name: 1.0 / n.usual**2
+        n.name: 1.0 / n.deviation**2
         for each in single
         for n in each.nuisances
         if _is_common(each, n.name)

@@ -18,12 +18,11 @@ from pitotbench.calibration.leg_methods import (
     solve_group,
     unit,
 )
-from pitotbench.calibration.location import assumed_location
+from pitotbench.calibration.location import STATIC, assumed_location
 from pitotbench.calibration.observations import Blocks, Observations, intervals_of, observe
 from pitotbench.calibration.options import (
     AUTO,
     PRIORS,
-    STATIC,
     Accuracies,
     CalibrationOptions,
     Priors,
@@ -237,8 +236,7 @@ def _location(
     if probability is not None:
         return probability, float(np.sqrt(probability * (1.0 - probability)))
     static = location == STATIC
-    unseen = fit is None or fit.diagnostics.height is None
-    return float(static), float(static and free and unseen and options.method == "covering")
+    return float(static), float(static and free and options.method == "covering")
 
 
 # The bound of a fixed-speed answer, from the gusts and the sensor noise that the legs show. The

@@ -30,21 +30,10 @@ from pitotbench.calibration.covering import (
     posterior_of,
 )
 from pitotbench.calibration.covering_problem import Structure
+from pitotbench.calibration.fit_checks import DISAGREE
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.options import (
-    AUTO,
-    IMPACT,
-    STATIC,
-    CalibrationOptions,
-    accuracies_of,
-    priors_of,
-)
-from pitotbench.calibration.prediction import (
-    PredictionModel,
-    WindPath,
-    level_of_total,
-    with_filter,
-)
+from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of
+from pitotbench.calibration.prediction import PredictionModel, WindPath, with_filter
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
@@ -60,6 +49,7 @@ from pitotbench.records import NoAnswerError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, Pascal, Seconds
 
+STATIC, TOTAL, IMPACT = "static", "total", "impact"
 SURE = 1e-3  # probability below which the less likely location is left out of the answer
 _CERTAIN = 500.0  # log odds, clipped here to keep the exponential finite
 # share of a variance: of a direction that gains less, small errors of the model decide
@@ -77,9 +67,8 @@ class ErrorPlace:
 
     `static_probability` is the probability of the static source, None where the location was stated
     or assumed. `answer` is a mixture where two locations are likely. `chance` is the probability
-    that the curves of wind triangle and altitude equation differ by so much by chance, and `moved`
-    (K,) what the altitude equation changes of the curve; they are None without the altitude
-    equation for this location.
+    that the curves of wind triangle and altitude equation differ by so much by chance; it is None
+    without the altitude equation for this location.
     """
 
     location: str
@@ -88,7 +77,6 @@ class ErrorPlace:
     fit: CoveringFit
     answer: Posterior
     chance: float | None = None
-    moved: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +128,7 @@ def fit_located(
     near = first_pass(bare, obs, start, path)
     bare = _informed(bare, near)
     if rows is not None:
-        return _with_height(assumed, rows, obs, bare, near)
+        return _with_height(stated, assumed, rows, obs, bare, near)
     fit = final_pass(bare, obs, near)
     answer = posterior_of(fit)
     if stated is None and assumed == STATIC:
@@ -167,6 +155,7 @@ def _at(structure: Structure, static: bool, rows: AltitudeRows | None = None) ->
 
 
 def _with_height(
+    stated: str | None,
     assumed: str,
     rows: AltitudeRows,
     obs: Observations,
@@ -179,28 +168,52 @@ def _with_height(
     probe = next((each.deviation for each in bare.nuisances if each.name == "temperature_k"), 0.0)
     wide = rows.with_probe(probe)
     joint, gain, chance = _with_rows(near, bare, rows)
-    with_rows = _at(bare, True, rows)
-    moved = (joint.theta - near.theta)[: bare.model.error_count]
-    # What the total source may have is a column of both equations; a synthetic log without an error
-    # of the static source has all of its error there.
-    if assumed == STATIC:
-        fit = final_pass(with_rows, obs, joint)
-        return ErrorPlace(STATIC, None, with_rows, fit, posterior_of(fit), chance, moved)
+    moved = _at(bare, True, rows)
+    if stated is not None:
+        fit = final_pass(moved, obs, joint)
+        answer = _of_triangle_and_height(fit, chance, bare, obs, near)
+        return ErrorPlace(stated, None, moved, fit, answer, chance)
     noise, without = _without_curve(wide, joint.noise[-NOISE_COUNT:], gain)
     odds = gain - without
     probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
-    shares = {STATIC: probability, IMPACT: 1.0 - probability}
+    elsewhere = IMPACT if assumed == IMPACT else TOTAL
+    shares = {STATIC: probability, elsewhere: 1.0 - probability}
     separate = replace(near, noise=np.concatenate([near.noise, noise]))
-    tried = {STATIC: (with_rows, joint), IMPACT: (_at(bare, False, rows), separate)}
+    tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False, rows), separate)}
     fits = {
         name: final_pass(tried[name][0], obs, tried[name][1])
         for name in tried
         if shares[name] > SURE
     }
     best = max(fits, key=lambda name: shares[name])
-    answer = mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
-    told = (chance, moved) if best == STATIC else (None, None)
-    return ErrorPlace(best, probability, tried[best][0], fits[best], answer, *told)
+    answer = mixed(
+        [
+            (
+                shares[name],
+                _of_triangle_and_height(fit, chance, bare, obs, near)
+                if name == STATIC
+                else posterior_of(fit),
+            )
+            for name, fit in fits.items()
+        ]
+    )
+    return ErrorPlace(
+        best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None
+    )
+
+
+def _of_triangle_and_height(
+    fit: CoveringFit, chance: float, bare: Structure, obs: Observations, near: FirstPass
+) -> Posterior:
+    """The answer for a static source: the `fit` of triangle and height together.
+
+    Where they differ more than by chance, neither is known to be the wrong one. The bound is then
+    widened by no factor: the answer is the mixture of this fit and of the triangle's own (`bare`,
+    without the height), one as probable as the other.
+    """
+    disagree = chance < DISAGREE
+    fits = [fit, final_pass(_at(bare, True), obs, near)] if disagree else [fit]
+    return mixed([(1.0, posterior_of(each)) for each in fits])
 
 
 _OF_HEIGHT = 3  # passes of the fit by height alone: the problem is nearly linear
@@ -239,8 +252,6 @@ def fit_by_height(
             np.stack([node.covariance for node in nodes]),
         )
         theta[:free] = found.mean
-    # The height shows the static source alone: the level of the total source is unknown to it.
-    found = widened_by(found, np.eye(free)[0] * level_of_total(stated, priors_of(options.priors)))
     left = altitude_regression(rows, model, theta, ()).response[: len(rows)] / rows.state.gain
     flying = rows.state.impact_pressure > 0.0
     return ByHeight(

@@ -8,8 +8,7 @@ from math import inf, isfinite
 from types import MappingProxyType
 from typing import Any
 
-from pitotbench.catalog import Catalog, UnknownNameError, explain
-from pitotbench.logbook.columns import KIND, PARAMETERS, RECORDER
+from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import SMOOTH, SmoothModel
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
@@ -211,26 +210,6 @@ class Priors:
     height_latency_s: float = _column(
         0.5, "s", (0.2, 1.0), "GPS height after its velocity; measured logs: −0.84"
     )
-    pitot_tube: float = _column(
-        0.002, "Δp/q_c", (0.001, 0.005), "total-pressure tube: within 1 % to 10° (NACA TN 2530)"
-    )
-    incidence: float = _column(
-        0.003, "Δp/q_c", (0.001, 0.01), "its loss at the slow end, as n²/q² (NACA TN 2530)"
-    )
-    instrument_scale: float = _column(
-        0.01,
-        "Δp/q_c",
-        (0.001, 0.1),
-        "1 % of a cockpit (SAE AS8002A: 2 kt at 100); flight test 0.1 %, autopilot 10 %",
-    )
-    instrument_fault: float = _prior(
-        0.06, "Δp/q_c", (0.02, 0.15), "chosen: total source and instrument with a leak"
-    )
-    instrument_fault_chance: float = _prior(0.05, "-", (0.01, 0.2), "chosen: one log in twenty")
-    wrong_ratio: float = _prior(
-        1.0, "Δp/q_ci", (0.5, 3.0), "chosen: an autopilot's ratio of another sensor, or a unit"
-    )
-    wrong_ratio_chance: float = _prior(0.01, "-", (0.001, 0.05), "chosen: one in a hundred")
     turn_lift: float = _column(
         0.02, "Δp/q_c", (0.01, 0.05), "part in n − 1 at the middle of the speeds: lift is n/q"
     )
@@ -250,8 +229,6 @@ class Priors:
         )
 
 
-# 1σ of the scale of the instrument of a kind of recorder; one that is not known is a cockpit's.
-RECORDERS = Catalog("recorder", {"flight test": 0.001, "cockpit": 0.01, "autopilot": 0.1})
 COLUMNS = tuple(each.name for each in fields(Priors) if each.metadata.get("column"))
 PRIORS = Priors()
 CARD_PRIORS = ("curve_slope", "curve_lift", "curve_departure")  # that a card of legs takes
@@ -261,24 +238,14 @@ StatedPriors = Priors | Mapping[str, float] | None
 def priors_of(stated: StatedPriors, header: Mapping[str, object] = MappingProxyType({})) -> Priors:
     """Return a whole record of priors from some of its names.
 
-    A name that is not stated comes from the header's table `priors`, else it has its usual value:
-    that of the instrument by the recorder. Raises BadInputError for unknown names, also of a
-    recorder, or wrong numbers.
+    A name that is not stated comes from the header's table `priors`, else it has its usual value.
+    Raises BadInputError for unknown names or wrong numbers.
     """
     if isinstance(stated, Priors):
         return stated
     layers = (header.get("priors", {}), stated or {})
     known = [_numbers("prior", each, fields(Priors), "gust_length_m = 300") for each in layers]
-    scale = {"instrument_scale": RECORDERS[_recorder_of(header)]}
-    return Priors(**{**scale, **known[0], **known[1]})
-
-
-def _recorder_of(header: Mapping[str, object]) -> str:
-    """The kind of recorder that a header states, or of which its format is."""
-    if RECORDER in header:
-        return str(header[RECORDER])
-    drone = header.get(KIND) == "drone" or PARAMETERS in header
-    return "autopilot" if drone else "cockpit"
+    return Priors(**{**known[0], **known[1]})
 
 
 def stated_of(priors: StatedPriors) -> dict[str, float]:
@@ -305,8 +272,7 @@ def priors_of_card(stated: StatedPriors) -> Priors:
 AUTO = "auto"  # of the location of the error: by evidence; of the model: the smooth curve
 _NOW_SMOOTH = (AUTO, "spline")  # what the smooth curve stands for
 METHODS = ("covering", "paper")
-STATIC, TOTAL, IMPACT = "static", "total", "impact"
-ERROR_LOCATIONS = (AUTO, STATIC, TOTAL, IMPACT)
+ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
 WINDS = ("constant", "checked", "linear", "drifting")
 LATENCIES = ("given", "checked", "estimated")
 LONGEST_LATENCY = 10.0  # s: receivers are late by tenths of a second; more is another unit

@@ -12,9 +12,6 @@ from scipy.special import ndtr
 from pitotbench import air
 from pitotbench.calibration.observations import Blocks, Observations
 from pitotbench.calibration.options import (
-    AUTO,
-    STATIC,
-    USUAL,
     WITHOUT_TEMPERATURE,
     Accuracies,
     CalibrationOptions,
@@ -41,7 +38,7 @@ class Prediction:
     respect to θ; `impact_pressure` (n,) [Pa] is the true one and `true_airspeed` (n,) [m/s] the
     predicted one. `slope` (n,) [Pa s/m] is the derivative of the indicated impact pressure with
     respect to true airspeed, `by_error` (n,) [Pa] that with respect to the normalized pressure
-    error. `static_error`: the error is the static source's.
+    error.
     """
 
     indicated: Pascal
@@ -51,7 +48,6 @@ class Prediction:
     slope: Array
     by_error: Pascal
     error_count: int
-    static_error: bool
 
     @property
     def wind_columns(self) -> Array:
@@ -110,7 +106,6 @@ class PredictionModel:
             work.slope,
             work.by_error,
             error_count=self.error_count,
-            static_error=self.static_error,
         )
 
     def curve_columns(self, prediction: Prediction, shift: MetersPerSecond) -> MetersPerSecond:
@@ -270,17 +265,33 @@ class CurveMap:
             -air.calibrated_airspeed_slope(self.impact_pressure() / impact_share) * by_indicated
         )
 
-    def altitude(self, error: Pascal, static_pressure: float) -> tuple[Meters, Array]:
-        """True minus indicated pressure altitude [m], (c,), for the static source's Δp [Pa], (c,),
-        and its derivative with respect to that.
+    def altitude(self, k: Array, static_pressure: float) -> Meters:
+        """True minus indicated pressure altitude [m], (c,), for an error of the static source.
 
         `static_pressure` [Pa] is the indicated one. The true one is p = p_i − Δp; a lower pressure
         is a greater altitude.
         """
-        true = static_pressure - error
-        height = air.pressure_altitude(true)
-        slope = air.GAS_CONSTANT * air.standard_temperature(height) / (true * air.GRAVITY)
-        return height - air.pressure_altitude(static_pressure), np.asarray(slope)
+        error = self.impact_pressure() * (1.0 / (1.0 - self.normalized(k)) - 1.0)
+        return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(
+            static_pressure
+        )
+
+    def altitude_by_total(self, k: Array, static_pressure: float, share: float) -> Meters:
+        """Change of the altitude correction [m], (c,), where a share of the impact pressure is the
+        total source's error and not the static source's.
+        """
+        pressure = self.impact_pressure()
+        true = static_pressure - pressure * (1.0 / (1.0 - self.normalized(k)) - 1.0)
+        return air.pressure_altitude(true - share * pressure) - air.pressure_altitude(true)
+
+    def altitude_gradient(self, k: Array, static_pressure: float) -> Array:
+        """Derivative of the altitude correction with respect to k, (c, K) [m]."""
+        impact_share = 1.0 - self.normalized(k)
+        pressure = self.impact_pressure()
+        true = static_pressure - pressure * (1.0 / impact_share - 1.0)
+        temperature = air.standard_temperature(air.pressure_altitude(true))
+        meters_a_pascal = air.GAS_CONSTANT * temperature / (true * air.GRAVITY)
+        return np.asarray(self.basis() * (meters_a_pascal * pressure / impact_share**2)[:, None])
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
@@ -438,6 +449,7 @@ _AXES = ("north", "east")
 Column = Callable[[Prediction, Observations], MetersPerSecond]
 HeightColumn = Callable[["HeightState"], Array]
 Change = Callable[[Observations], Array | float]
+Share = Callable[[Pascal, Array], Array]  # of impact pressure and load factor, Δp/q_c per unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -454,9 +466,8 @@ class Nuisance:
     east) of one that changes the wind, and its change from row to row; None for another. `height`
     gives the change of the altitude rows per unit [m], None for none; `of_source` states that this
     is an error of the static source, and no other place of the error shows in the height.
-    `positive` states that the prior is half-normal, and `narrower` that it is normal with each of
-    these deviations with the probability beside it, the usual one first, and with `deviation`
-    otherwise. Where its effect is not above `planned`, the airspeed says nothing of it.
+    `positive` states that the prior is half-normal. Where its effect is not above `planned`, the
+    airspeed says nothing of it.
     """
 
     name: str
@@ -466,13 +477,7 @@ class Nuisance:
     height: HeightColumn | None = None
     of_source: bool = False
     positive: bool = False
-    narrower: tuple[tuple[float, float], ...] = ()
     planned: float = 0.0
-
-    @property
-    def usual(self) -> float:
-        """The prior's standard deviation in most logs."""
-        return self.narrower[0][0] if self.narrower else self.deviation
 
 
 @dataclass(frozen=True, slots=True)
@@ -515,8 +520,7 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         ),
         *_latencies(options, stated, priors, options.use_altitude and obs.altitude is not None),
         Nuisance(SMOOTHING, _smoothing(options, obs), _by_smoothing, positive=True),
-        _turn_lift(priors.turn_lift, obs),
-        *_total_source(options, stated, priors, obs),
+        _of_pressure("turn_lift", priors.turn_lift, _turn_lift(obs)),
     )
     change = priors.wind_change_mps
     layers = () if options.wind == "constant" else _layers(obs, change)
@@ -586,130 +590,39 @@ def _latencies(
     )
 
 
-def with_priors(
-    answer: Posterior, nuisances: Sequence[Nuisance], first: int, weighed: bool = True
-) -> Posterior:
-    """Return an answer by normal priors with those of the nuisances that are not: `positive`, or
-    mostly `narrower`; `first` is the place of the first nuisance.
-
-    Where the model does not describe the log, its evidence for a rare size is worth nothing: it is
-    then not `weighed`, and the prior's probabilities stand, unless the size is beyond that of all
-    narrower parts, as no small error of the model is.
+def with_signs(answer: Posterior, nuisances: Sequence[Nuisance], first: int) -> Posterior:
+    """Return an answer in which the nuisances that are `positive` are; `first` is the place of the
+    first nuisance.
     """
     for place, nuisance in enumerate(nuisances, start=first):
-        if nuisance.narrower:
-            far = abs(float(answer.mean[place])) > _BEYOND * nuisance.narrower[-1][0]
-            answer = answer.with_narrower_prior(
-                place, nuisance.deviation, nuisance.narrower, weighed or far
-            )
         if nuisance.positive:
             answer = answer.not_negative(place)
     return answer
 
 
-_BEYOND = 2.58  # standard deviations of a part of a prior: 1 % of its logs are farther
-TOTAL_LEVEL, INCIDENCE = "total_level", "incidence"
-
-
-def slow_end(obs: Observations) -> float:
-    """The impact pressure of the slowest flight of a log, without the outermost thousandth [Pa]."""
-    return float(np.quantile(obs.impact_pressure, 0.001))
-
-
-def level_of_total(stated: Accuracies, priors: Priors) -> float:
-    """1σ of the level of the total source's error with its instrument, in most logs [-]."""
-    share = stated.total_source / USUAL.total_source
-    return share * float(np.hypot(priors.pitot_tube, priors.instrument_scale))
-
-
-def _total_source(
-    options: CalibrationOptions, stated: Accuracies, priors: Priors, obs: Observations
-) -> tuple[Nuisance, ...]:
-    """The total source's error: a level, of tube and instrument, and a loss at incidence.
-
-    The level is the factor 1/G on the shown impact pressure, less one: the static source's Δp is
-    q_c − q_ci/G, linear in it however large it is. The curve is that of both sources in level
-    flight. In a turn the loss grows with the load factor. A leak or a wrong scale is rare, a wrong
-    ratio or unit rarer, and each is larger.
+def _of_pressure(name: str, deviation: float, share: Share) -> Nuisance:
+    """An error of the static source beside the curve of level flight, as a share of the impact
+    pressure.
     """
-    if options.error_location not in (AUTO, STATIC):
-        return ()
-    share, slow = stated.total_source / USUAL.total_source, slow_end(obs)
-    usual = level_of_total(stated, priors)
-    fault, factor = priors.instrument_fault_chance, priors.wrong_ratio_chance
-    return (
-        Nuisance(
-            TOTAL_LEVEL,
-            share * priors.wrong_ratio if usual > 0.0 else 0.0,
-            _by_total_level,
-            height=lambda rows: -rows.gain * rows.impact_pressure,
-            of_source=True,
-            narrower=(
-                (usual, 1.0 - fault - factor),
-                (float(np.hypot(usual, share * priors.instrument_fault)), fault),
-            ),
-        ),
-        Nuisance(
-            INCIDENCE,
-            share * priors.incidence,
-            lambda p, o: _by_share(p, (_load(p, o) ** 2 - 1.0) * (slow / p.indicated) ** 2),
-            height=lambda rows: -rows.gain * rows.impact_pressure * (slow / _flown(rows)) ** 2,
-            of_source=True,
-        ),
-    )
+
+    def column(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+        load = load_factor(_across(prediction, obs))
+        return share(prediction.indicated, load) * prediction.by_error / prediction.slope
+
+    def height(rows: HeightState) -> Meters:
+        flying = np.maximum(rows.impact_pressure, 1.0)
+        return rows.gain * rows.impact_pressure * share(flying, rows.load)
+
+    return Nuisance(name, deviation, column, height=height, of_source=True)
 
 
-def _by_total_level(prediction: Prediction, obs: Observations) -> MetersPerSecond:
-    # What the total source has, the static source has not: the true static pressure is greater.
-    if not prediction.static_error:
-        return np.zeros(len(obs))
-    return prediction.indicated * _by_static_pressure(prediction, obs)
-
-
-def total_design(nuisances: Sequence[Nuisance], first: int, slow: Array) -> Array:
-    """Change of the total source's error in level flight, as a share of the indicated impact
-    pressure, per unknown, (c, first + m): `slow` (c,) is the impact pressure of the slow end over
-    that of the curve.
-    """
-    design = np.zeros((len(slow), first + len(nuisances)))
-    for place, nuisance in enumerate(nuisances, start=first):
-        if nuisance.name == TOTAL_LEVEL:
-            design[:, place] = 1.0
-        if nuisance.name == INCIDENCE:
-            design[:, place] = slow**2
-    return design
-
-
-def _by_share(prediction: Prediction, share: Array) -> MetersPerSecond:
-    """Change of the predicted airspeed by a share of the impact pressure beside the curve, (n,)."""
-    return share * prediction.by_error / prediction.slope
-
-
-def _flown(rows: HeightState) -> Pascal:
-    return np.maximum(
-        rows.impact_pressure, 1.0
-    )  # a row at rest, where nothing is lifted, stays finite
-
-
-def _load(prediction: Prediction, obs: Observations) -> Array:
-    return load_factor(_across(prediction, obs))
-
-
-def _turn_lift(deviation: float, obs: Observations) -> Nuisance:
+def _turn_lift(obs: Observations) -> Share:
     """In a turn the lift coefficient is n/q: the curve of level flight holds 1/q, and n − 1 is
     left. One in the middle of the flown ln q_ci.
     """
     low, high = np.quantile(obs.impact_pressure, [0.001, 0.999])
     middle = float(np.sqrt(low * high))
-    return Nuisance(
-        "turn_lift",
-        deviation,
-        lambda p, o: _by_share(p, (_load(p, o) - 1.0) * middle / p.indicated),
-        height=lambda rows: (
-            rows.gain * rows.impact_pressure * (rows.load - 1.0) * middle / _flown(rows)
-        ),
-        of_source=True,
-    )
+    return lambda impact, load: (load - 1.0) * middle / impact
 
 
 def along_track(prediction: Prediction) -> Array:

@@ -19,8 +19,8 @@ from pitotbench.calibration.covering import (
     posterior_of,
 )
 from pitotbench.calibration.covering_problem import Structure
-from pitotbench.calibration.fit_checks import DISAGREE, outside_prior, require_observable
-from pitotbench.calibration.location import ErrorPlace, fit_located
+from pitotbench.calibration.fit_checks import outside_prior, require_observable
+from pitotbench.calibration.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibration.observations import (
     Observations,
     observe,
@@ -30,7 +30,6 @@ from pitotbench.calibration.observations import (
 )
 from pitotbench.calibration.options import (
     AUTO,
-    IMPACT,
     USUAL,
     WITHOUT_TEMPERATURE,
     CalibrationOptions,
@@ -50,7 +49,7 @@ from pitotbench.calibration.prediction import (
     WindPath,
     nuisances_of,
     wind_by_circle,
-    with_priors,
+    with_signs,
 )
 from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
 from pitotbench.estimation.mixture import Posterior
@@ -89,8 +88,7 @@ class Reduction:
     """The reduction of a log: model, rows, white fit, answer, diagnostics and warnings.
 
     `options` include the accuracies and the priors that were used. `assumptions` are the accuracies
-    assumed for the bound, each with its source, and `priors` those that the caller stated. `moved`
-    (K,) is what the height changes of the curve's parameters, None where it tells nothing of it.
+    assumed for the bound, each with its source, and `priors` those that the caller stated.
     """
 
     options: CalibrationOptions
@@ -103,7 +101,6 @@ class Reduction:
     warnings: tuple[Caution, ...] = ()
     error_location: str = IMPACT
     altitude: AltitudeRows | None = None
-    moved: Array | None = None
     assumptions: tuple[Assumption, ...] = ()
     priors: Mapping[str, float] = field(default_factory=dict)
     winds: tuple[WindowWind, ...] = ()
@@ -358,8 +355,7 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
     """The reduction with the answer of a located fit and what else it found."""
     structure, fit, obs = located.structure, located.fit, white.observations
     change = None
-    described = located.chance is None or located.chance >= DISAGREE
-    answer = with_priors(located.answer, structure.nuisances, structure.model.count, described)
+    answer = with_signs(located.answer, structure.nuisances, structure.model.count)
     stepped: tuple[Caution, ...] = ()
     if white.options.wind == "checked" and not structure.drifting:
         change, answer = check_wind(structure, obs, fit, answer)
@@ -384,7 +380,6 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
         warnings=(*outside_prior(structure, obs, fit, located.answer), *stepped),
         error_location=located.location,
         altitude=structure.altitude,
-        moved=located.moved,
         winds=fit.winds,
         path=fit.path,
         fit=fit,

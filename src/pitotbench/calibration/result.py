@@ -11,12 +11,10 @@ from pitotbench import air
 from pitotbench.calibration.covering import drift_of
 from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import FLY_HEADINGS, disagreements, heading_spread
-from pitotbench.calibration.location import fit_by_height, mixed
+from pitotbench.calibration.location import STATIC, fit_by_height, mixed
 from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
 from pitotbench.calibration.options import (
     AUTO,
-    STATIC,
-    TOTAL,
     WITHOUT_TEMPERATURE,
     CalibrationOptions,
     accuracies_of,
@@ -31,8 +29,6 @@ from pitotbench.calibration.prediction import (
     Nuisance,
     PredictionModel,
     curve_airspeeds,
-    slow_end,
-    total_design,
 )
 from pitotbench.calibration.reduction import Reduction, model_of, scale_of
 from pitotbench.estimation.mixture import Posterior
@@ -41,11 +37,9 @@ from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
     Calibration,
-    DayTemperature,
     Diagnostics,
     ErrorCurve,
     Estimate,
-    Places,
     Residuals,
     Share,
     WindEstimate,
@@ -55,7 +49,6 @@ from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import DEGREE, KNOT, Array, MetersPerSecond, Seconds
 
 _FEWEST_POINTS = 2  # of a curve
-_HALF = 0.5
 
 
 def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> Calibration:
@@ -76,10 +69,8 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
     curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
     residuals = residuals_of(reduction)
     assumed = reduction.error_location == STATIC and _place_assumed(reduction)
-    slow = slow_end(obs) / curve.impact_pressure()
-    total = total_design(reduction.nuisances, model.count, slow)
+    stated = accuracies_of(reduction.options.accuracies, {})
     drawn = _curve(curve, white, answer, reduction.nuisances)
-    places = places_of(curve, answer, total)
     each = _estimates(model, answer)
     shares = _shares(curve, answer, reduction.nuisances, each, drawn.two_sigma)
     wind = WindEstimate(*each[model.error_count : model.count])
@@ -89,7 +80,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         parameters=each[: model.error_count],
         reference_pressure=model.reference_pressure,
         wind=wind,
-        curve=with_altitude(drawn, curve, answer, obs, total, assumed),
+        curve=with_altitude(drawn, curve, answer, obs, stated.total_source, assumed),
         residual_two_sigma=2.0 * float(np.std(white.residuals[0])),
         samples=len(obs),
         converged=True,
@@ -99,9 +90,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         warnings=(*reduction.warnings, *_of_standard_day(obs, shares, drawn)),
         shares=shares,
         diagnostics=reduction.diagnostics,
-        error_location=_location(reduction, places),
-        places=places,
-        day=_day(reduction, shares),
+        error_location=reduction.error_location,
         assumptions=reduction.assumptions,
         priors=reduction.priors,
         impact_pressure_zero=zero,
@@ -110,72 +99,11 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         log_start=reduction.log_start,
         left_out=reduction.left_out,
         disagreements=disagreements(
-            reduction.diagnostics.height_agreement,
-            residuals,
-            drawn,
-            reduction.path is not None,
-            _moved(curve, reduction),
+            reduction.diagnostics.height_agreement, residuals, drawn, reduction.path is not None
         ),
         place_assumed=assumed,
         mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )
-
-
-def _moved(curve: CurveMap, reduction: Reduction) -> MetersPerSecond | None:
-    """What the height changes of the correction [m/s], (c,), None where it tells nothing of it."""
-    if reduction.moved is None:
-        return None
-    k = reduction.answer.mean[: curve.model.error_count]
-    return np.asarray(curve.correction_gradient(k) @ reduction.moved)
-
-
-_DOUBTED = 5.0  # K, of a probe: what a user can be asked to rule out
-
-
-def _day(reduction: Reduction, shares: Sequence[Share]) -> DayTemperature | None:
-    """What the temperature is, and what a probe that is off by 5 K would do beyond what the log
-    shows of it. None where the temperature is assumed, or stated as exact.
-    """
-    obs, stated = reduction.observations, accuracies_of(reduction.options.accuracies, {})
-    part = next((each for each in shares if each.name == "temperature_k"), None)
-    if part is None or obs.standard_day:
-        return None
-    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
-    temperature = obs.probe_temperature / (1.0 + obs.probe_heating * mach**2)
-    standard = air.standard_temperature(air.pressure_altitude(obs.static_pressure))
-    # The share is 2σ of the temperature times the slope; the log shows the rest of an error.
-    unseen = part.estimate.two_sigma / stated.temperature_k**2
-    return DayTemperature(float(np.median(temperature - standard)), _DOUBTED * unseen * part.curve)
-
-
-def places_of(curve: CurveMap, answer: Posterior, total: Array) -> Places | None:
-    """Where the error of a curve is: the static source's part of Δp/q_c, the total source's and
-    their sum; `total` (c, p) is the design of the total source's. None where no place was looked
-    for.
-    """
-    if not curve.model.static_error or not np.any(total):
-        return None
-    basis = over_all_parameters(curve.basis(), answer)
-    whole, share = basis @ answer.mean, total @ answer.mean
-    # `share` is one of the indicated impact pressure, which is 1 − Δp/q_c of the true one.
-    left = 1.0 - whole
-    by_total = left[:, None] * total - share[:, None] * basis
-    return Places(
-        curve.indicated_airspeed,
-        static=whole - left * share,
-        static_two_sigma=answer.two_sigma(basis - by_total),
-        total=left * share,
-        total_two_sigma=answer.two_sigma(by_total),
-        whole=whole,
-        whole_two_sigma=answer.two_sigma(basis),
-    )
-
-
-def _location(reduction: Reduction, places: Places | None) -> str:
-    """The place that holds more of the error, where the log tells."""
-    if places is None or reduction.altitude is None:
-        return reduction.error_location
-    return STATIC if places.static_share >= _HALF else TOTAL
 
 
 def _place_assumed(reduction: Reduction) -> bool:
@@ -183,7 +111,6 @@ def _place_assumed(reduction: Reduction) -> bool:
     return (
         reduction.options.error_location == AUTO
         and reduction.diagnostics.static_probability is None
-        and reduction.altitude is None
     )
 
 
@@ -246,7 +173,9 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         parameters=_estimates(found.model, found.answer)[: found.model.error_count],
         reference_pressure=model.reference_pressure,
         wind=None,
-        curve=with_altitude(drawn, curve, found.answer, obs, np.zeros(gradient.shape)),
+        curve=with_altitude(
+            drawn, curve, found.answer, obs, accuracies_of(used.accuracies, {}).total_source
+        ),
         residual_two_sigma=2.0 * float(np.std(airspeed)),
         samples=len(obs),
         converged=True,
@@ -336,23 +265,22 @@ def with_altitude(
     of: CurveMap,
     answer: Posterior,
     obs: Observations,
-    total: Array,
+    total_source: float,
     assumed: bool = False,
 ) -> ErrorCurve:
     """Add the altitude correction [m] and its 2σ to the curve where the error is the static
-    source's, but for the part of the total source: `total` (c, p) is its design.
+    source's, but for `total_source`, 2σ of the total source's share.
 
     They are computed at the median of the log's static pressures. Where the place of the error is
     `assumed`, there may be no error of the altitude at all, and the 2σ holds 0.
     """
     if not of.model.static_error:
         return curve
-    pressure, q = float(np.median(obs.static_pressure)), of.impact_pressure()
-    basis = over_all_parameters(of.basis(), answer)
-    impact_share = 1.0 - basis @ answer.mean
-    correction, slope = of.altitude(q * (1.0 / impact_share - 1.0 - total @ answer.mean), pressure)
-    gradient = basis / impact_share[:, None] ** 2 - total
-    bound = answer.two_sigma(gradient * (slope * q)[:, None])
+    pressure = float(np.median(obs.static_pressure))
+    k = answer.mean[: of.model.error_count]
+    gradient = over_all_parameters(of.altitude_gradient(k, pressure), answer)
+    correction = of.altitude(k, pressure)
+    bound = np.hypot(answer.two_sigma(gradient), of.altitude_by_total(k, pressure, total_source))
     if assumed:
         bound = np.hypot(bound, correction)
     return replace(

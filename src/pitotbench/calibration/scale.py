@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.broken import BROKEN
 from pitotbench.calibration.options import CalibrationOptions, accuracies_of
-from pitotbench.calibration.prediction import TOTAL_LEVEL, ZERO
+from pitotbench.calibration.prediction import ZERO
 from pitotbench.calibration.reduction import reduce_log
 from pitotbench.logbook.autopilot import autopilot_of
 from pitotbench.logbook.plausibility import SPEED_FACTOR
@@ -102,9 +102,7 @@ def with_scale(
     mistaken = own < LIMITS.told and any(cause.of and cause in CAUSES for cause, _ in told)
     # One cause, one story: a unit explains the size of the curve as well.
     told_by = (SPEED_FACTOR, *(["curve size"] if mistaken else []))
-    others = tuple(
-        each for each in result.warnings if each.code not in told_by and each.column != TOTAL_LEVEL
-    )
+    others = tuple(each for each in result.warnings if each.code not in told_by)
     sensors = [cause.words for cause, _ in told if not cause.of]
     if mistaken:
         reported = (

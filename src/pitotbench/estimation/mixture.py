@@ -5,7 +5,6 @@ the weighted mixture of these is the answer with the noise marginalized (integra
 approximations: Rue, Martino and Chopin 2009; §6.5 for the nodes).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,7 +77,6 @@ def simultaneous_factor(
     return max(1.0, float(np.quantile(np.concatenate(largest), TWO_SIGMA_SHARE)))
 
 
-_LEAST_WEIGHT = 1e-5  # of the greatest, below which a Gaussian is left out
 _ROUNDING = 1e-16  # variance of a number that is known
 
 
@@ -112,34 +110,6 @@ class Posterior:
         covariances = np.pad(self.covariances, ((0, 0), (0, more), (0, more)))
         covariances[:, range(-more, 0), range(-more, 0)] = _ROUNDING
         return Posterior(self.weights, np.pad(self.means, ((0, 0), (0, more))), covariances)
-
-    def with_narrower_prior(
-        self,
-        place: int,
-        wide: float,
-        narrower: Sequence[tuple[float, float]],
-        weighed: bool = True,
-    ) -> "Posterior":
-        """The same answer where the prior of θ[place] was normal with the deviation `wide`, and
-        has now each of the `narrower` deviations with the probability beside it, else `wide`.
-
-        Another prior of one unknown is one more datum of it: each Gaussian follows by a change of
-        rank one, and so does its evidence. Where it is not `weighed`, each keeps its probability.
-        """
-        shared, mean = self.covariances[:, :, place], self.means[:, place]
-        parts = []
-        for deviation, chance in (*narrower, (wide, 1.0 - sum(share for _, share in narrower))):
-            added = deviation**-2.0 - wide**-2.0
-            grown = 1.0 + added * shared[:, place]
-            drawn = added / grown
-            ratio = wide / deviation * np.exp(-0.5 * drawn * mean**2) / np.sqrt(grown)
-            ratio = ratio if weighed else np.ones_like(ratio)
-            known = drawn[:, None, None] * shared[:, :, None] * shared[:, None, :]
-            means = self.means - (drawn * mean)[:, None] * shared
-            parts.append((chance * ratio * self.weights, means, self.covariances - known))
-        weights, means, covariances = map(np.concatenate, zip(*parts, strict=True))
-        kept = weights > _LEAST_WEIGHT * weights.max()
-        return Posterior(weights[kept] / weights[kept].sum(), means[kept], covariances[kept])
 
     def not_negative(self, place: int) -> "Posterior":
         """The same answer where θ[place] cannot be negative, as with a half-normal prior.

@@ -300,7 +300,6 @@ START = "start"  # header entry: date and time of day at which the seconds of th
 DAY = "temperature_c"  # header entry: the stated temperature of the day, such as "18±2@ground"
 PARAMETERS = "parameters"  # header entry: the airspeed parameters with which an autopilot showed the log's airspeed
 KIND = "aircraft_kind"  # header entry: what flew, where the recorder is of a kind: drone or glider
-RECORDER = "recorder_kind"  # header entry: the kind of recorder, such as "flight test"
 SENSOR = "airspeed_sensor"  # header entry: the number of the sensor of a log that holds several
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 

@@ -55,9 +55,8 @@ class Mapping:
     time base.
 
     `refuse` says why such a log cannot be calibrated, empty where it can. `kind` is that of the
-    aircraft that carry such a recorder, such as `drone`; empty where any may. `recorder_kind` is its
-    kind, such as `flight test`; empty where it is not known. `shipped`: it is of a recorder's own
-    format, which prescribes the units.
+    aircraft that carry such a recorder, such as `drone`; empty where any may. `shipped`: it is of a
+    recorder's own format, which prescribes the units.
     """
 
     title: str
@@ -65,7 +64,6 @@ class Mapping:
     calibrate: dict[str, str | float | bool | dict[str, float]]
     refuse: str = ""
     kind: str = ""
-    recorder_kind: str = ""
     shipped: bool = False
 
 
@@ -121,14 +119,7 @@ def parse_mapping(name: str, text: str) -> Mapping:
         )
         for f in document.files
     ) or (MappedFile(("*",), JOINS[0], _renamed(document.columns)),)
-    return Mapping(
-        document.title,
-        mapped,
-        document.calibrate,
-        document.refuse,
-        document.kind,
-        document.recorder_kind,
-    )
+    return Mapping(document.title, mapped, document.calibrate, document.refuse, document.kind)
 
 
 def recognized(names: Iterable[str]) -> str | None:
@@ -173,7 +164,6 @@ def _document() -> Any:
         recognize=(list[str | list[str]], []),
         refuse=(str, ""),
         kind=(str, ""),
-        recorder_kind=(str, ""),
         columns=(columns, {}),
         files=(GenericAlias(list, file), []),
         calibrate=(dict[str, str | float | bool | dict[str, float]], {}),

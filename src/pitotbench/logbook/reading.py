@@ -13,7 +13,6 @@ from pitotbench.logbook.columns import (
     MAPPING,
     PARAMETERS,
     QUANTITIES,
-    RECORDER,
     Table,
     split_positions,
     within,
@@ -153,7 +152,6 @@ def _advised(table: Table, mapping: Mapping) -> Table:
     """
     advice: dict[str, object] = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
     advice |= {KIND: mapping.kind} if mapping.kind else {}
-    advice |= {RECORDER: mapping.recorder_kind} if mapping.recorder_kind else {}
     advice |= {UNITS_BY: FORMAT} if mapping.shipped else {}
     return replace(table, header={**table.header, **advice})
 

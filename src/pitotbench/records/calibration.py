@@ -238,44 +238,6 @@ class Share:
 
 
 @dataclass(frozen=True, slots=True)
-class DayTemperature:
-    """The temperature that a calibration rests on: `departure` [K] of the air from the standard
-    day, in the middle of the log, and `by_five_kelvin` [m/s], rms over the curve, that it would be
-    off by for a probe 5 K off beyond what the log shows.
-    """
-
-    departure: float
-    by_five_kelvin: float
-
-
-@dataclass(frozen=True, slots=True)
-class Places:
-    """Where the error of a curve is, at indicated airspeeds [m/s], (c,): Δp/q_c of the static
-    source, of the total source with its instrument, and their sum, each with 2σ.
-
-    The sum corrects the airspeed, the static part the altitude. Their errors are opposite where the
-    log does not tell them apart.
-    """
-
-    indicated_airspeed: MetersPerSecond
-    static: Array
-    static_two_sigma: Array
-    total: Array
-    total_two_sigma: Array
-    whole: Array
-    whole_two_sigma: Array
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, len(self.indicated_airspeed))
-
-    @property
-    def static_share(self) -> float:
-        """The share of the static source in the error, by sums of squares over the curve [-]."""
-        static, total = float(self.static @ self.static), float(self.total @ self.total)
-        return static / (static + total) if static + total > 0.0 else 1.0
-
-
-@dataclass(frozen=True, slots=True)
 class Assumption:
     """The 2σ accuracy that a bound takes for granted of one constant error; its unit is the suffix
     of the name.
@@ -468,8 +430,6 @@ class Calibration(Shown):
     was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
     `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why
     other rows were not.
-    `places`: the parts of the error that each source has, None where they were not looked for.
-    `day`: what the temperature is and does to the curve, None where it is assumed or exact.
     `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach
     number used.
     `scale`: the factor on the airspeed, None where height alone answers. `one_sided`: the slow and
@@ -504,8 +464,6 @@ class Calibration(Shown):
     disagreements: tuple[Disagreement, ...] = ()
     points: tuple[FixedSpeedPoint, ...] = ()
     place_assumed: bool = False
-    places: Places | None = None
-    day: DayTemperature | None = None
     mach: float = 0.0
     log_start: float = 0.0
     autopilot: RecordedAutopilot | None = None

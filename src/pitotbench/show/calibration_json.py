@@ -8,7 +8,6 @@ from pitotbench.records.calibration import (
     CalibratedFlight,
     Calibration,
     Estimate,
-    Places,
     Share,
     WindEstimate,
     WindowWind,
@@ -59,12 +58,6 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         **handbook_json(result.curve),
         "error_location": result.error_location,
         "error_location_assumed": result.place_assumed,
-        "places": result.places and _places(result.places),
-        "temperature": result.day
-        and {
-            "standard_day_departure_k": result.day.departure,
-            "five_kelvin_kt": result.day.by_five_kelvin / KNOT,
-        },
         "usable": result.usable,
         # `units` is null where nothing else explains the factor.
         "scale": result.scale
@@ -138,17 +131,6 @@ def flight_json(flight: CalibratedFlight) -> dict[str, Any]:
             "to_s": float(flight.log.time[-1]),
             "flights_of_the_curve": flight.joined,
         }
-    }
-
-
-def _places(places: Places) -> dict[str, Any]:
-    """The parts of Δp/q_c that each source has."""
-    names = ("static", "static_two_sigma", "total", "total_two_sigma", "whole", "whole_two_sigma")
-    columns = [getattr(places, name).tolist() for name in names]
-    return {
-        "static_share": places.static_share,
-        "indicated_airspeed_kt": (places.indicated_airspeed / KNOT).tolist(),
-        **dict(zip(names, columns, strict=True)),
     }
 
 

@@ -181,26 +181,6 @@ def _conditions(result: Calibration) -> Iterator[str]:
         )
     unseen = ", assumed (without a height by GPS the log does not show it)" * result.place_assumed
     yield f"place of the error: {_LOCATIONS[result.error_location]}{unseen}"
-    if (places := result.places) is not None:
-        middle = len(places.whole) // 2
-        static, total, whole = (
-            f"{100.0 * of[middle]:+.1f} ± {100.0 * bound[middle]:.1f}"
-            for of, bound in (
-                (places.static, places.static_two_sigma),
-                (places.total, places.total_two_sigma),
-                (places.whole, places.whole_two_sigma),
-            )
-        )
-        yield (
-            f"of the impact pressure at {places.indicated_airspeed[middle] / KNOT:.0f} KIAS the "
-            f"static source has {static} %, pitot and instrument {total} %, together {whole} % "
-            "(2σ): the sum corrects the airspeed, the static part the altitude"
-        )
-    if (day := result.day) is not None:
-        yield (
-            f"the air is {day.departure:+.0f} K from the standard day; a probe 5 K off would move "
-            f"the curve by ±{day.by_five_kelvin / KNOT:.1f} kt"
-        )
     yield from [*_assumptions(result), *prior_sentences(result.priors)]
 
 

@@ -15,6 +15,7 @@ from pitotbench.records.calibration import (
 )
 from pitotbench.records.outputs import file_name
 from pitotbench.show.columns import with_minus_signs
+from pitotbench.show.words import capital
 from pitotbench.timeline import minutes_text
 from pitotbench.units import KNOT, MetersPerSecond
 
@@ -226,7 +227,7 @@ def doubts_of(result: Calibration) -> list[str]:
     it, what is assumed. The first says which speeds and tracks the log lacks.
     """
     words = [each.words for each in findings_of(result)[len(result.disagreements) :] if each.first]
-    warnings = [f"{w[:1].upper()}{w[1:]}{'' if w.endswith('?') else '.'}" for w in words]
+    warnings = [f"{capital(w)}{'' if w.endswith('?') else '.'}" for w in words]
     sentences = [*headline(result), *warnings, *doubts_of_curve(result.curve)]
     return (
         [f"{sentences[0]}{_one_sided_words(result.one_sided)}", *sentences[1:]] if sentences else []

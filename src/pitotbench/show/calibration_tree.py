@@ -49,7 +49,7 @@ from pitotbench.show.tree import (
     Sentence,
     Table,
 )
-from pitotbench.show.words import with_unit
+from pitotbench.show.words import capital, with_unit
 from pitotbench.timeline import minutes_text
 from pitotbench.units import KNOT, MetersPerSecond
 
@@ -105,7 +105,7 @@ def calibration_tree(
                 Sentence,
                 [
                     *rules,
-                    *(f"{line[:1].upper()}{line[1:]}" for line in [*lines, *_conditions(result)]),
+                    *map(capital, [*lines, *_conditions(result)]),
                 ],
             ),
             *(Notice(each) for each in result.warnings if not is_doubt(each)),

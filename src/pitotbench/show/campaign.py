@@ -15,7 +15,7 @@ from pitotbench.show.tree import (
     Sentence,
     Table,
 )
-from pitotbench.show.words import listed, name_and_unit, with_unit
+from pitotbench.show.words import capital, listed, name_and_unit, with_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -98,8 +98,7 @@ def condition_of(row: dict[str, Any], varied: Sequence[Column[dict[str, Any]]]) 
         for key in varied
         if key.key not in _CHOSEN
     )
-    text = ", ".join(named)
-    return f"{text[:1].upper()}{text[1:]}"
+    return capital(", ".join(named))
 
 
 def campaign_tree(

@@ -18,7 +18,7 @@ from pitotbench.records.verdict import (
     Located,
     Verdict,
 )
-from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
+from pitotbench.show.words import heading, listed, name_and_unit, size_words, with_unit, words
 from pitotbench.units import KNOT
 
 # The symbols that need a word, each with the unit in which it enters a formula.
@@ -306,8 +306,7 @@ _NO_PROOF = (
 def closing_sentences(closing: Closing) -> list[str]:
     """What closing the loop came to: what was patched, what it closes, and what stays unknown."""
     verdict, name = closing.verdict, closing.aircraft
-    cut = [f"{words(each)}." for each in (*closing.cut, closing.not_told) if each]
-    cut = [f"{each[:1].upper()}{each[1:]}" for each in cut]
+    cut = [f"{heading(each)}." for each in (*closing.cut, closing.not_told) if each]
     if not closing.closed:
         none = "No gap of the airplane is told that closes 1 % held out"
         return [*cut, f"{name} is not written." if cut else f"{none}: {name} is not written."]

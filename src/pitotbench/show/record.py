@@ -17,7 +17,7 @@ from pitotbench.show.markup import render
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.renderers import html_of
 from pitotbench.show.tree import SOURCES, Heading
-from pitotbench.show.words import words
+from pitotbench.show.words import capital, words
 from pitotbench.timeline import minutes_text
 from pitotbench.units import FOOT, KNOT
 
@@ -167,7 +167,7 @@ def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
         for f in made.inputs
         if f.rows
     ]
-    return [*ranges, *(f"{line[:1].upper()}{line[1:]}" for line in lines)]
+    return [*ranges, *map(capital, lines)]
 
 
 def record_page(

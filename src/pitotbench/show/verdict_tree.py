@@ -46,7 +46,7 @@ from pitotbench.show.verdict import (
     kind_words,
     noticed,
 )
-from pitotbench.show.words import listed, words
+from pitotbench.show.words import capital, listed, words
 
 _PLACES = 6
 _SHORT = 0.02  # of the time within a tolerance: less than two flights of one airplane by chance
@@ -168,7 +168,7 @@ def _closed(account: Account) -> list[Node]:
 def _added(account: Account) -> list[Node]:
     """What is added to the model, and the patch with the commands that fly it."""
     nodes: list[Node] = [
-        Sentence(f"{effect_words(effect)[:1].upper()}{effect_words(effect)[1:]}: {what}")
+        Sentence(f"{capital(effect_words(effect))}: {what}")
         for effect in account.verdict.effects
         for what in [effect_of(effect.name).what]
     ]

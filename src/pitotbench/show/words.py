@@ -20,7 +20,11 @@ def words(name: str) -> str:
 
 def heading(name: str) -> str:
     """A name of the code as words, with a capital at its start: `GPS latency`, `Drag area`."""
-    text = words(name)
+    return capital(words(name))
+
+
+def capital(text: str) -> str:
+    """A text with a capital at its start; its other letters stay."""
     return text[:1].upper() + text[1:]
 
 

@@ -366,8 +366,7 @@ def _only_number(edit: Edit) -> tuple[str, str, float | None, float | None]:
     changed = changed_values[0][1]
     around = [each for each in pair[1].iter() if each is changed or changed in list(each)]
     unit = next((each.get("unit", "") for each in around[::-1] if each.get("unit")), "")
-    leaf = "" if changed is pair[1] else changed.tag
-    return leaf, unit.lower().replace("ft2", "ft²").replace("m2", "m²"), old, new
+    return "" if changed is pair[1] else changed.tag, unit, old, new
 
 
 def _remarks(channels: Sequence[ChannelChange], terms: Sequence[TermChange]) -> Iterator[str]:

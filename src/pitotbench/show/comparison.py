@@ -21,7 +21,7 @@ from pitotbench.show.style import (
     written,
 )
 from pitotbench.show.tree import SOURCES, Figure, Heading, Node, Notice, Sentence, Table
-from pitotbench.show.words import listed, with_unit
+from pitotbench.show.words import capital, listed, with_unit
 
 
 def change_words(term: TermChange) -> str:
@@ -34,7 +34,8 @@ def change_words(term: TermChange) -> str:
         if term.old in (None, 0.0) or term.new is None
         else f" ({_percent(term.new / term.old - 1.0)})"
     )
-    return f"{term.name} {values[0]} → {values[1]} {term.unit}".rstrip() + share
+    unit = term.unit.lower().replace("ft2", "ft²").replace("m2", "m²")
+    return f"{term.name} {values[0]} → {values[1]} {unit}".rstrip() + share
 
 
 def comparison_sentences(found: ModelComparison) -> list[str]:
@@ -52,7 +53,7 @@ def comparison_sentences(found: ModelComparison) -> list[str]:
     acting = [change_words(term) for term in found.terms if term.effects]
     more = f"; and {len(acting) - _NAMED} other differences" * (len(acting) > _NAMED)
     return [
-        f"{_capital('; '.join(acting[:_NAMED]))}{more}: {_channel_words(found.channels)}.",
+        f"{capital('; '.join(acting[:_NAMED]))}{more}: {_channel_words(found.channels)}.",
         *_flying_words(found.flown),
         *found.remarks,
     ]
@@ -64,10 +65,6 @@ _FELT = 0.003  # share by which a figure of steady flight has to change
 
 def _card(found: ModelComparison) -> str:
     return f"{found.card.replace('_', ' ')}, as {found.old} flies it"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _percent(share: float) -> str:

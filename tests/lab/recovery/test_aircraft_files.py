@@ -27,7 +27,7 @@ def test_several_differences_are_told_apart_and_those_without_effect_as_such(tmp
         pytest.approx(0.0288, rel=1e-3),
     )
     assert drag.effects[0].channel == "drag"
-    assert (weight.old, weight.new, weight.unit) == (4060.0, 4160.0, "lbs")
+    assert (weight.old, weight.new, weight.unit) == (4060.0, 4160.0, "LBS")
     assert next(e for e in weight.effects if e.channel == "weight").largest == pytest.approx(
         100.0, abs=0.01
     )
@@ -47,7 +47,7 @@ def test_an_engine_further_out_yaws_the_airplane_by_its_thrust(tmp_path):
     new = edited(tmp_path, (place.format("-74.0"), place.format("-84.0")))
     found = compare_models(str(OLD), str(new), "rapid_decel")
     (term,) = found.terms
-    assert (term.old, term.new, term.unit) == (-74.0, -84.0, "in")
+    assert (term.old, term.new, term.unit) == (-74.0, -84.0, "IN")
     yaw = next(each for each in found.channels if each.channel == "yaw moment")
     flight = fly(Case(aircraft=str(OLD), maneuver="rapid_decel"), channels=("thrust_left",))
     thrust = float(np.max(flight["thrust_left"])) / (POUND * STANDARD_GRAVITY)

@@ -344,10 +344,8 @@ class Regression:
 
     def _hypothesis(self, evidence: Information, name: str) -> Hypothesis:
         """A hypothesis as one of a set, with what its form leaves open where it acts alone."""
-        own, known = (
-            self.columns[name],
-            1.0 - THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown,
-        )
+        own = self.columns[name]
+        known = 1.0 - THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown
         odds = self._log_priors[name] + np.log(known / THRESHOLDS.prior_of_none)
         alone = self._member(evidence, name)[1]
         left_open = alone.columns[len(own) :], alone.deviations[len(own) :]
@@ -362,10 +360,11 @@ class Regression:
         more = max(0, len(other.names) - len(held.names))
         if other.log_weight <= held.log_weight + self.least_bayes_factor * more:
             return False
+        if more == 0:
+            return True
         held_out, inside = self._gains(rest, other.members)
         before, _ = self._gains(rest, held.members)
-        least = max(before, THRESHOLDS.held_out_least * inside)
-        return more == 0 or held_out > least
+        return held_out > max(before, THRESHOLDS.held_out_least * inside)
 
     @cached_property
     def _axes(self) -> dict[str, frozenset[str]]:

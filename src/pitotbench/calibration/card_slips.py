@@ -9,6 +9,7 @@ slips hide each other, and under that of a set one leg more is always a slip.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -104,8 +105,7 @@ class _Judged:
     slips: dict[int, _Suspicion]
 
 
-def _log_posterior(judged: _Judged) -> float:
-    return judged.log_posterior
+_log_posterior = attrgetter("log_posterior")
 
 
 class _Card:
@@ -150,13 +150,13 @@ class _Card:
         numbers: dict[str, Any] = {"track": 0.0, **self._usual}
         return replace(leg, **numbers)
 
-    def likeliest(self, model: CardModel) -> "_Judged":
+    def likeliest(self, model: CardModel) -> _Judged:
         """Return the likeliest set of slips that single steps reach from those of a model: a leg
         struck out or taken back and, where neither gains, two such steps, as an exchange is.
         """
         known = dict[frozenset[int], _Judged]()
 
-        def judged(each: "_Judged", places: Iterable[int]) -> "list[_Judged]":
+        def judged(each: _Judged, places: Iterable[int]) -> list[_Judged]:
             rows = [each.model.struck_rows ^ {self.legs[place].row} for place in places]
             for own in rows:
                 if own not in known:
@@ -174,11 +174,11 @@ class _Card:
                 return best
             best = found
 
-    def _taken_back(self, judged: "_Judged") -> list[int]:
+    def _taken_back(self, judged: _Judged) -> list[int]:
         struck = np.flatnonzero(judged.model.struck).tolist()
         return [place for place in struck if self.legs[place].row not in self.refused]
 
-    def _judged(self, model: CardModel) -> "_Judged":
+    def _judged(self, model: CardModel) -> _Judged:
         """Weigh a set of slips by the evidence of the other legs, under their own likeliest noise,
         and by what was probably meant by each slip.
         """

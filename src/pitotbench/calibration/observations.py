@@ -453,8 +453,9 @@ _RATE_OVER = 2.0  # s: short against a turn, long against the noise of a velocit
 
 def _acceleration(time: Seconds, velocity: Array, stretch: NDArray[np.intp]) -> Array:
     """The change of velocities (2, n) over two seconds around each row, (n, 2) [m/s²], within its
-    stretch; 0 for a row alone. Of rows between fixes: beyond the last a velocity is held, and a
-    turn would seem to end there.
+    stretch; 0 for a row alone.
+
+    The rows must lie between fixes: a velocity is held beyond the last, as if a turn ended there.
     """
     edges = np.flatnonzero(np.diff(stretch, prepend=-1, append=stretch[-1] + 1))
     first, last = time[edges[:-1]], time[edges[1:] - 1]

@@ -121,7 +121,9 @@ class Desk:
         self.chosen = tuple(i - (i > place) for i in self.chosen)
         self.tell()
 
-    def add(self, place: Path, names: dict[str, str], question: Any = find_flights) -> None:
+    def add(
+        self, place: Path, names: dict[str, str], question: Callable[..., None] = find_flights
+    ) -> None:
         """Look for flights in a file, a folder or a .zip file, or where another question puts
         them. `names` as for `find_flights`.
 

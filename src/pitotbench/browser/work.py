@@ -179,16 +179,15 @@ def fly_example(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pat
     """Fly circles on the bench in light turbulence, write their log to a place, and tell its
     flight as `find_flights` does.
     """
+    from pitotbench.campaigns.flights import sense
     from pitotbench.logbook.formats import write_log
     from pitotbench.records.case import Case
-    from pitotbench.sensing.recorder import record
-    from pitotbench.sensing.sampling import data_system
     from pitotbench.simulation.sortie import fly
 
     tell("status", "flying an example")
     place.parent.mkdir()
     flight = fly(Case(maneuver="circle", turbulence="light"))
-    write_log(record(flight, data_system("5/1"), 1), place)
+    write_log(sense(flight, "5/1"), place)
     find_flights(tell, place, names, unpacked)
 
 

@@ -199,17 +199,17 @@ _STATED_BY = {"header": "stated by the log"}  # any other in its own word
 def _assumptions(result: Calibration) -> Iterator[str]:
     """The accuracies on which the bounds depend, and the zero offset that is corrected."""
     shown = [(*_ASSUMED[a.name], a, _STATED_BY.get(a.source, a.source)) for a in result.assumptions]
-    parts = [
+    held = [
         f"{name} ±{with_unit(f'{a.two_sigma:g}', unit)} ({source})"
         for name, unit, a, source in shown
         if a.two_sigma > 0.0
     ]
     exact = [(name, source) for name, _, a, source in shown if not a.two_sigma > 0.0]
+    if held:
+        yield f"The ± holds constant errors of the sensors (2σ): {'; '.join(held)}."
     if exact:
         names, sources = (", ".join(dict.fromkeys(each)) for each in zip(*exact, strict=True))
-        parts.append(f"no constant error of {names} ({sources})")
-    if parts:
-        yield f"The ± holds constant errors of the sensors (2σ): {'; '.join(parts)}."
+        yield f"The ± holds no constant error of {names} ({sources})."
     zero = result.impact_pressure_zero
     if zero is not None:
         yield (

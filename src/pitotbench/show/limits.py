@@ -116,7 +116,7 @@ class LimitJudgment:
             "beyond; fly more before relying on the curve",
             "outside": f"Outside {self.rule} by up to {self.alone}",
         }
-        return f"{said[self.verdict]} ({self.allows})."
+        return f"{said[self.verdict]}. The rule allows {self.allows}."
 
 
 def limit_named(text: str) -> Limit | str | None:

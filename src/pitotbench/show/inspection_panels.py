@@ -96,4 +96,6 @@ def performance_panels(found: Performance, units: Units = BENCH) -> list[Panel]:
     return [panel("Airspeeds", draw, size=size, units=units)]
 
 
-_AIRSPEEDS = {"its speed": "best lift-to-drag ratio"}
+_AIRSPEEDS = {
+    "its speed": "speed of the best lift to drag"
+}  # of figures whose name needs the one above

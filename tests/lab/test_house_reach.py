@@ -10,12 +10,12 @@ from pitotlab.house import PRODUCT, reach_of_jobs, statements_in
 # Statements of the functions that a job enters, on a circle at 20/1 in light turbulence. Each limit
 # is what the job entered when this gauge was made (1,103; 4,609; 5,565; 4,441) and 3 % of it: a
 # mended fault and a new entry of a table must fit. What needs more takes something out. The goals
-# are 4,000 for `calibrate` and 4,900 for `reconcile`. The limits of all but `fly` are 5 % above that
+# are 4,000 for `calibrate` and 4,900 for `reconcile`. The limits of all but `fly` are 3 % above that
 # while columns of the calibration stand beside the decisions that they are to replace, and while a
-# log is compared with the others so that a flight counts once; these 5 % go with the decisions.
+# log is compared with the others so that a flight counts once; these 3 % go with the decisions.
 # `fly` has 30 besides: the limits of a foreign file and airplane, a mass that a patch carries, and a
 # case that refuses an unknown name.
-ENTERED = {"fly": 1_165, "calibrate": 4_985, "reconcile": 6_020, "run_campaign.py": 4_803}
+ENTERED = {"fly": 1_165, "calibrate": 4_886, "reconcile": 5_899, "run_campaign.py": 4_707}
 # Statements of the packages with a table that others extend: what they had and 3 % of it, and in
 # `cli`, where a command is a file, 40 for one. A maneuver is 30, a reader 10, an effect 1 to 10. The
 # logbook has the 120 besides by which it finds logs of one flight.

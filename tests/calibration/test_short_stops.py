@@ -9,6 +9,8 @@ from tests.calibration import trajectories as fixture
 from pitotbench import FlightLog
 from pitotbench.bench.calibrations import options_of
 from pitotbench.calibration import calibrate_flights
+from pitotbench.calibration.flights import _parts as parts_of
+from pitotbench.records import NoAnswerError
 
 WIND = np.array([6.0, -5.0])  # m/s by which the second flight meets more
 
@@ -55,3 +57,15 @@ def test_two_flights_a_short_stop_apart_have_a_wind_each(between):
     winds = [each.calibration.known_wind for each in found]
     more = [winds[1].north.value - winds[0].north.value, winds[1].east.value - winds[0].east.value]
     np.testing.assert_allclose(more, WIND, atol=1.0)
+
+
+def test_a_log_whose_fit_does_not_converge_is_cut_at_its_stops_as_well():
+    first = flown(1, WIND)
+    whole = joined(first, later(first, first, 30.0))
+
+    def rows(log: FlightLog) -> int:
+        if len(log) == len(whole):
+            raise NoAnswerError("the fit does not converge")
+        return len(log)
+
+    assert [part.found for part in parts_of(whole, 0, rows)] == [len(first), len(first)]

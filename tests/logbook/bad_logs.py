@@ -259,10 +259,6 @@ _SPOILED: dict[str, tuple[Callable[[Table], Table], str]] = {
         lambda table: {**table, STATIC: table[STATIC] + table[PITOT]},
         r"looks like total pressure; name the column total_pressure_pa and give the static",
     ),
-    "time jumps by days": (
-        change(CLOCK, lambda t: t + np.where(t < 30.0, 0.0, 1e9)),
-        r"'time_s', row 301: time jumps from 29.9 to 1e\+09 s; cut the log",
-    ),
 }
 
 

@@ -114,6 +114,16 @@ def test_two_flights_an_hour_apart_are_said_and_parted(tmp_path):
     np.testing.assert_array_equal(np.concatenate([first.time, second.time]), log.time)
 
 
+def test_sessions_of_two_days_in_one_file_are_two_flights(tmp_path):
+    log, warnings = read_paused(tmp_path, paused(2.0 * 86400.0))
+    assert "'time_s' jumps by more than a day before row 301" in warnings[0]
+    assert [len(flight) for flight in flights_in(log)] == [HALF, sample.ROWS - HALF]
+    # Within a recording the clock goes on as it was written.
+    steps = np.diff(log.time)
+    np.testing.assert_allclose(np.delete(steps, HALF - 1), 0.1, atol=1e-6)
+    assert steps[HALF - 1] < 3600.0
+
+
 def test_a_pause_of_half_a_minute_is_mentioned_and_parts_no_flight(tmp_path):
     log, warnings = read_paused(tmp_path, paused(30.0))
     assert warnings == [f"the recording pauses once, for up to 30 s, before row {HALF + 1}"]

@@ -26,7 +26,7 @@ from pitotbench.logbook.checks import (
 )
 from pitotbench.logbook.same_flight import overlap, recorders
 from pitotbench.normal_equations import ROUNDING, inverse
-from pitotbench.records import BadInputError, NoAnswerError, UndeterminedError
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import (
     CalibratedFlight,
     Calibration,
@@ -349,14 +349,14 @@ def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
 
 def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:
     """Cut a log into its flights and reduce each; one part, the whole log, where fewer than two
-    give an answer. Where no one wind fits the whole, it is cut at shorter pauses and at stops.
+    give an answer. Where the whole gives none, as of two winds, it is cut at shorter pauses and at stops.
     """
     found = _answered(flights_in(log), place, reduce)
     if len(found) >= _FEWEST:
         return found
     try:
         return [_Part(log, reduce(log), place, 1, 1)]
-    except UndeterminedError:
+    except NoAnswerError:
         found = _answered(flights_between_stops(log), place, reduce)
         if len(found) < _FEWEST:
             raise

@@ -475,26 +475,29 @@ def _spread(time: Seconds, stamp: float) -> Seconds | None:
 
 
 def check_clock(draft: Draft) -> None:
-    """Raise BadInputError for rows much too far apart or too close, and for a jump of more than a
-    day.
+    """Part recordings of several days; their clock goes on some minutes after the last row of each.
 
-    The first means a clock in another unit, the second a clock that was set during the log.
+    A jump of more than a day is another day, or a clock that was set. Raises BadInputError for rows
+    much too far apart or too close, which mean a clock in another unit.
     """
     column, time = draft.columns["time"], draft.channels["time"]
     steps = np.diff(time)
-    usual, longest = float(np.median(steps)), int(np.argmax(steps))
+    usual = float(np.median(steps))
     if not _SHORTEST_STEP <= usual <= _LONGEST_STEP:
         raise BadInputError(
             f"column {column!r}: the rows are {usual:.3g} s apart, where {_SHORTEST_STEP:g} to "
             f"{_LONGEST_STEP:g} s "
             f"are usual{_better_clock(draft, usual)}"
         )
-    if steps[longest] > SECONDS_A_DAY:  # the blocks of a log are counted by the second
-        raise BadInputError(
-            f"column {column!r}, row {draft.rows[longest + 1]}: time jumps from {time[longest]:g} "
-            "to "
-            f"{time[longest + 1]:g} s; cut the log there"
+    later = np.flatnonzero(steps > SECONDS_A_DAY) + 1
+    if len(later):  # what works on a log counts its clock by the second
+        draft.warnings.append(
+            f"column {column!r} jumps by more than a day {_before(draft, later)}: the file holds "
+            f"{len(later) + 1} recordings, which are read as flights of their own"
         )
+        excess = np.zeros(len(time))
+        excess[later] = steps[later - 1] - 2.0 * BETWEEN_FLIGHTS
+        draft.channels["time"] = time - np.cumsum(excess)
 
 
 def _better_clock(draft: Draft, usual: float) -> str:

@@ -38,6 +38,7 @@ COMMANDS = {
     "speed": "pitotlab.speed.ratios:command",
     "parameters": "pitotlab.deliverables:parameters_command",
     "drills": "pitotlab.drills.costs:command",
+    "door": "pitotlab.door:command",
     "broken": "pitotlab.broken.measure:command",
     "broken scales": "pitotlab.broken.scales:command",
 }

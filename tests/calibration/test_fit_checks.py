@@ -113,6 +113,22 @@ def test_a_temperature_that_the_log_hardly_knows_is_named_all_the_same():
     assert not _outside(calibrate(log, usual))
 
 
+def test_a_finding_moves_the_curve_by_what_a_fit_without_it_changes():
+    def curve(temperature: float):
+        known = CalibrationOptions(accuracies=Accuracies(temperature_k=temperature))
+        found = calibrate(off, known)
+        return found, found.curve.correction
+
+    log = static_flights.fly("rapid_decel", 3, conditions=static_flights.Conditions(gust=0.3))
+    off = replace(log, total_temperature=log.total_temperature + 5.0)
+    (found, freed), (_, held) = curve(1.5), curve(1e-3)
+    (warning,) = _outside(found)
+    moved = np.abs(freed - held)
+    assert warning.moves.most == pytest.approx(np.max(moved), rel=0.02)
+    assert warning.moves.share == pytest.approx(np.max(moved / found.curve.two_sigma), rel=0.02)
+    assert f"it moves the curve by up to {warning.moves.most / KNOT:.2f} kt" in warning
+
+
 def test_estimates_scatter_as_the_prior_and_the_log_let_them():
     """One number with a prior of 1, seen by logs with errors of 3: estimates are 0.1 of it,
     scattered by √0.1.

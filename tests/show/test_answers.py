@@ -14,7 +14,8 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Disagreement, Estimate, Share
-from pitotbench.records.log import InputFile, Provenance
+from pitotbench.records.log import Caution, CurveMove, InputFile, Provenance
+from pitotbench.show.calibration import doubts_of, findings_of
 from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.curve_rows import card_csv, glance_points
@@ -149,6 +150,19 @@ def test_the_terminal_answers_in_a_sentence_and_shows_the_curve_at_one_glance(re
     assert "condition number" not in short
     assert "condition number" in full
     assert len(full.splitlines()) > len(short.splitlines())
+
+
+@pytest.mark.parametrize(("share", "first"), [(0.3, True), (0.2, False), (None, True)])
+def test_what_moves_the_answer_by_little_is_folded_and_its_size_is_told(result, share, first):
+    moves = None if share is None else CurveMove(0.4 * KNOT, share)
+    caution = Caution("the sensor lags", "outside prior", "latency", moves=moves)
+    doubted = replace(result, warnings=(caution,))
+    (finding,) = findings_of(doubted)
+    assert (finding.moves, finding.first) == (moves and moves.most, first)
+    said = "The sensor lags" in _terminal(doubted)
+    assert said == first
+    assert "The sensor lags" in doubts_of(doubted)[0] if first else not doubts_of(doubted)
+    assert "the sensor lags" in str(doubted.warnings)
 
 
 def test_a_stated_accuracy_is_named_with_its_part_of_both_bounds(result):

@@ -12,7 +12,7 @@ from pitotbench.calibration.altitude import NOISE_COUNT
 from pitotbench.calibration.covering import CoveringFit
 from pitotbench.calibration.covering_problem import Structure, length_factor, wind_scale
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.prediction import Nuisance, PredictionModel
+from pitotbench.calibration.prediction import Nuisance, PredictionModel, curve_moved
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
@@ -391,9 +391,19 @@ def outside_prior(
     of the Royal Statistical Society A 143, 1980).
 
     Far is what 1 % of logs find of a nuisance where its prior holds, and for a noise parameter more
-    than three standard deviations of the prior from its middle. The sentence states the size.
+    than three standard deviations of the prior from its middle. The sentence states the size. A
+    nuisance moves the curve by what the answer changes where it is held at zero.
     """
-    return (*_nuisances_outside(structure, answer), *_noise_outside(structure, obs, fit))
+    found = []
+    for caution in _nuisances_outside(structure, answer):
+        names = [each.name for each in structure.nuisances]
+        place = structure.model.count + names.index(caution.column)
+        shared = answer.covariance[:, place]
+        moved = shared * (answer.mean[place] / shared[place])
+        moves = curve_moved(structure.model, obs, answer, moved)
+        text = f"{caution}; it moves the curve by up to {moves.most / KNOT:.2f} kt"
+        found.append(Caution(text, caution.code, caution.column, caution.size, moves))
+    return (*found, *_noise_outside(structure, obs, fit))
 
 
 def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]:

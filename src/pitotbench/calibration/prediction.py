@@ -23,6 +23,7 @@ from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.pressure_error.models import PressureErrorModel
+from pitotbench.records.log import CurveMove
 from pitotbench.units import KNOT, Array, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 _NEWTON_STEPS = 8  # more are needed only where the error curve bends back on itself
@@ -309,6 +310,17 @@ def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
     if len(points) < 2:
         points = np.array([low, high])
     return np.asarray(points * KNOT)
+
+
+def curve_moved(
+    model: PredictionModel, obs: Observations, answer: Posterior, moved: Array
+) -> CurveMove:
+    """Return by how much a change of θ, `moved` (p,), moves the curve of an answer (p + m,)."""
+    flown, free = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure)), model.error_count
+    gradient = CurveMap(model, flown).correction_gradient(answer.mean[:free])
+    size = np.abs(gradient @ moved[:free])
+    bounds = answer.two_sigma(np.pad(gradient, ((0, 0), (0, len(answer.mean) - free))))
+    return CurveMove(float(np.max(size)), float(np.max(size / bounds)))
 
 
 def wind_by_circle(obs: Observations) -> Array:

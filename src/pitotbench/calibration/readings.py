@@ -11,10 +11,8 @@ from pitotbench.calibration.result import assemble
 from pitotbench.logbook.plausible_air import HEIGHT, NO_AIR, NO_TOTAL
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import CalibratedFlight, Calibration, Disagreement
-from pitotbench.records.log import Caution, FlightLog
+from pitotbench.records.log import Caution, CurveMove, FlightLog
 from pitotbench.units import KNOT
-
-_DOUBTED = 0.25  # of its 2σ: what moves the answer by more is a doubt, else a note
 
 
 def _total(log: FlightLog) -> FlightLog:
@@ -59,14 +57,16 @@ def with_readings(flight: CalibratedFlight, options: CalibrationOptions) -> Cali
         moved = np.interp(speed, curve.indicated_airspeed, curve.correction)
         moved -= before.curve.correction
         at = int(np.argmax(np.abs(moved) / bound))
+        moves = CurveMove(float(np.max(np.abs(moved))), float(np.abs(moved[at]) / bound[at]))
         words = (
             f"{caution}; read so, the curve moves by {moved[at] / KNOT:+.2f} kt at "
             f"{speed[at] / KNOT:.0f} KIAS"
         )
-        if abs(moved[at]) > _DOUBTED * bound[at]:
-            finding = Disagreement("reading", words, float(np.max(np.abs(moved))), fatal=False)
+        if moves.matters:
+            finding = Disagreement("reading", words, moves.most, fatal=False)
             disagreements = (*result.disagreements, finding)
             result = replace(result, disagreements=disagreements, warnings=others)
         else:
-            result = replace(result, warnings=(*others, Caution(words, column=caution.column)))
+            note = Caution(words, caution.code, caution.column, moves=moves)
+            result = replace(result, warnings=(*others, note))
     return result

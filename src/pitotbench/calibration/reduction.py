@@ -64,7 +64,7 @@ from pitotbench.records.calibration import (
     WindChange,
     WindowWind,
 )
-from pitotbench.records.log import Caution, FlightLog
+from pitotbench.records.log import Caution, CurveMove, FlightLog
 from pitotbench.timeline import interval, minutes_text
 from pitotbench.units import DEGREE, KNOT, Array
 
@@ -78,7 +78,6 @@ _LEAST_RANGE = 1.01  # of x between the ends, where the airspeed hardly changes
 # Probability of so much evidence for a change under a constant wind, above which it is not named. A
 # third of the changes that are found by chance would move the curve by enough to be named.
 _CHANGED = 0.15
-_RELEVANT_SHARE = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
 _MOST_NAMED = 5  # left-out rows in a warning
 _MOST_LISTED = 1000  # left-out rows in the diagnostics
 
@@ -359,7 +358,7 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
     stepped: tuple[Caution, ...] = ()
     if white.options.wind == "checked" and not structure.drifting:
         change, answer = check_wind(structure, obs, fit, answer)
-        stepped = check_gain(structure, obs, fit, change)
+        stepped = check_gain(structure, obs, fit, answer, change)
     return replace(
         white,
         model=structure.model,
@@ -479,8 +478,12 @@ def _is_named(change: WindChange) -> bool:
     return (
         change.bayes_factor > MIN_BAYES_FACTOR
         and change.chance < _CHANGED
-        and change.share > _RELEVANT_SHARE
+        and _moves(change).matters
     )
+
+
+def _moves(change: WindChange) -> CurveMove:
+    return CurveMove(change.moves, change.share)
 
 
 def _wind_warning(change: WindChange) -> Caution:
@@ -497,6 +500,7 @@ def _wind_warning(change: WindChange) -> Caution:
         "headings narrows it",
         "wind",
         size=knots,
+        moves=_moves(change),
     )
 
 

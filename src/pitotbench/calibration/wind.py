@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeNoise, altitude_regression
 from pitotbench.calibration.covering import CoveringFit
 from pitotbench.calibration.covering_problem import Linearized, Structure, linearize, log_prior_of
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
-from pitotbench.calibration.prediction import CurveMap, PredictionModel, curve_airspeeds
+from pitotbench.calibration.prediction import curve_moved
 from pitotbench.estimation.evidence import ColumnEvidence, EvidencePart, column_evidence
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import MarkovNoise, MarkovProcess, deviation_of_sizes
@@ -23,7 +22,7 @@ from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.records.calibration import WindChange
 from pitotbench.records.log import Caution
 from pitotbench.timeline import minutes_text
-from pitotbench.units import Array, MetersPerSecond, Seconds
+from pitotbench.units import KNOT, Array, MetersPerSecond, Seconds
 
 # Degrees (1σ) of the heading's error: constant, with 1/q over the log, and in ten minutes.
 DIRECTION_DEVIATIONS = np.array([5.0, 2.0, 0.5])
@@ -225,14 +224,14 @@ def check_wind(
         >= log_factor
     )
     factor, chance = float(np.exp(min(log_factor, 700.0))), float(np.mean(by_chance))
-    time, moves = (
-        change.time if change.kind == JUMP else np.nan,
-        _moves(structure.model, every, answer, moved),
-    )
+    time = change.time if change.kind == JUMP else np.nan
+    moves = curve_moved(structure.model, every, answer, moved)
     shares = _CHANGES * np.exp(odds - logsumexp(heights) - max(log_factor, 0.0))
     steady = (1.0 - _CHANGES) * np.exp(-max(log_factor, 0.0))
     averaged = _averaged(answer, steady, shares, found, shapes, structure.model.error_count)
-    return WindChange(factor, chance, change.kind, float(np.max(distances)), time, *moves), averaged
+    size = float(np.max(distances))
+    found_change = WindChange(factor, chance, change.kind, size, time, moves.most, moves.share)
+    return found_change, averaged
 
 
 _GAIN = 0.05  # 1σ of a step of the factor
@@ -244,7 +243,11 @@ _GAIN_CHANCE = 0.01  # of a constant factor in the same gusts, above which no st
 
 
 def check_gain(
-    structure: Structure, every: Observations, fit: CoveringFit, change: WindChange | None
+    structure: Structure,
+    every: Observations,
+    fit: CoveringFit,
+    answer: Posterior,
+    change: WindChange | None,
 ) -> tuple[Caution, ...]:
     """Warn of a step of the impact pressure's factor that the log shows, and no wind and no chance
     explains.
@@ -302,12 +305,15 @@ def check_gain(
     if _by_own_scatter(regression, columns[:, place], time) < _CLEAR_STEP:
         return ()
     when = minutes_text(float(times[place] - every.time[0]))
+    moved = found[int(noise)].moved[: structure.model.count, place] * size
+    moves = curve_moved(structure.model, every, answer, moved)
     text = (
         f"the impact pressure seems to change by {size:+.0%} from {when} of the rows used on, more "
         "than gusts or a "
-        "change of the wind explain: look for ice, a leak or another source"
+        f"change of the wind explain, which moves the curve by up to {moves.most / KNOT:.2f} kt: "
+        "look for ice, a leak or another source"
     )
-    return (Caution(text, "gain", "impact_pressure", size),)
+    return (Caution(text, "gain", "impact_pressure", size, moves),)
 
 
 def _by_own_scatter(problem: Regression, column: Array, time: Seconds) -> float:
@@ -357,19 +363,6 @@ def _averaged(
         covariances.append((covariance + moved @ sizes.covariance @ moved.T)[None])
     kept = np.concatenate(weights)
     return Posterior(kept / kept.sum(), np.concatenate(means), np.concatenate(covariances))
-
-
-def _moves(
-    model: PredictionModel, obs: Observations, answer: Posterior, moved: Array
-) -> tuple[float, float]:
-    """The most by which a change of θ, `moved` (p,), moves the curve [m/s], and the most over its
-    2σ.
-    """
-    flown, free = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure)), model.error_count
-    gradient = CurveMap(model, flown, 0.0).correction_gradient(answer.mean[:free])
-    size = np.abs(gradient @ moved[:free])
-    bounds = answer.two_sigma(np.pad(gradient, ((0, 0), (0, len(answer.mean) - free))))
-    return float(np.max(size)), float(np.max(size / bounds))
 
 
 def _gains(evidence: ColumnEvidence, pulls: Array, shapes: _Shapes) -> Array:

@@ -14,27 +14,51 @@ from pitotbench.records import RecordError, Shown, freeze_arrays
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import KNOT, Array, Booleans
 
+_MATTERS = 0.25  # of the curve's 2σ: what moves it by less is within the bound
+
+
+@dataclass(frozen=True, slots=True)
+class CurveMove:
+    """The most by which a cause moves the error curve: in m/s, and as a share of the curve's 2σ."""
+
+    most: float
+    share: float
+
+    @property
+    def matters(self) -> bool:
+        """Whether the answer must not go without a word of the cause."""
+        return self.share > _MATTERS
+
 
 class Caution(str):
     """A warning: its text, and what a later step needs to find it again and to reword or withdraw
     it.
 
     `code` names the check. `column` is the column that it is about, empty where there is none.
-    `size` is the size that was found, in the unit of the text, NaN where there is none. It is a
-    text, so a header holds it as one.
+    `size` is the size that was found, in the unit of the text, NaN where there is none. `moves` is
+    what it moves in the curve, None where that is not known. It is a text, so a header holds it as
+    one.
     """
 
-    __slots__ = ("code", "column", "size")
+    __slots__ = ("code", "column", "moves", "size")
     code: str
     column: str
     size: float
+    moves: CurveMove | None
 
-    def __new__(cls, text: str, code: str = "log", column: str = "", size: float = nan) -> Self:
+    def __new__(
+        cls,
+        text: str,
+        code: str = "log",
+        column: str = "",
+        size: float = nan,
+        moves: CurveMove | None = None,
+    ) -> Self:
         """Make the warning of a text. One that a log brings along as a mere text has the code
         `log`.
         """
         caution = super().__new__(cls, text)
-        caution.code, caution.column, caution.size = code, column, size
+        caution.code, caution.column, caution.size, caution.moves = code, column, size, moves
         return caution
 
 

@@ -13,6 +13,7 @@ from pitotbench.records.calibration import (
     ErrorCurve,
     OneSided,
 )
+from pitotbench.records.log import CurveMove
 from pitotbench.records.outputs import file_name
 from pitotbench.show.columns import with_minus_signs
 from pitotbench.show.words import capital
@@ -172,24 +173,33 @@ _ASSUMED = (
 _READ = ("log", "faulty rows", "flight left out", "own curves", "display steps", COUNTED_ONCE)
 
 
-_MOVES = "reading"  # kind of the findings that a column of the fit holds
+_OF_CURVE = (
+    "reading",
+    "samples",
+    "fixed_speed",
+)  # kinds whose size is that of a difference of curves
 
 
 def _code(warning: str) -> str:
     return getattr(warning, "code", "")
 
 
+def _moves(warning: str) -> CurveMove | None:
+    return getattr(warning, "moves", None)
+
+
 def is_doubt(warning: str) -> bool:
     """Whether a warning tells of what may move the answer, not only how the log was read; one
-    without a code does.
+    without a code does, and one that moves it by little does not.
     """
-    return _code(warning) not in _READ
+    moves = _moves(warning)
+    return _code(warning) not in _READ and (moves is None or moves.matters)
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
     """What was found beside an answer: its kind, in words, and the most [m/s] that it moves the
-    curve; None where no column holds it. One that is `fatal` makes the answer unusable; one of the
+    curve; None where that is not known. One that is `fatal` makes the answer unusable; one of the
     `first` must go with it, the others tell how the log was read.
     """
 
@@ -205,11 +215,16 @@ def findings_of(result: Calibration) -> list[Finding]:
     what else contradicts it, what may move it, and how the log was read.
     """
     found = [
-        Finding(each.kind, each.words, each.size if each.kind == _MOVES else None, fatal=each.fatal)
+        Finding(
+            each.kind, each.words, each.size if each.kind in _OF_CURVE else None, fatal=each.fatal
+        )
         for each in result.disagreements
     ]
-    notices = [Finding(_code(w), str(w), None, is_doubt(w)) for w in result.warnings]
-    return sorted([*found, *notices], key=lambda each: (not each.fatal, not each.first))
+    for warning in result.warnings:
+        moves = _moves(warning)
+        most = None if moves is None else moves.most
+        found.append(Finding(_code(warning), str(warning), most, is_doubt(warning)))
+    return sorted(found, key=lambda each: (not each.fatal, not each.first))
 
 
 def headline(result: Calibration) -> list[str]:

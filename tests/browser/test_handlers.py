@@ -656,8 +656,8 @@ def test_a_request_is_the_command_that_gives_the_same() -> None:
         airspeed_sensor="2",
     )
     assert asked.command(BENCH) == (
-        "pitotbench calibrate 'my log.csv' --mapping m.toml --from 1:00 --to 2:00 --params px4 "
-        "--handbook poh.csv --airspeed-sensor 2 --temperature-c '18±2@ground' --model auto "
+        "pitotbench calibrate 'my log.csv' --mapping m.toml --from 1:00 --to 2:00 "
+        "--temperature-c '18±2@ground' --params px4 --handbook poh.csv --airspeed-sensor 2 --model auto "
         "--accuracy none"
     )
     assert asked.file_name("-card-kt.csv") == "my log-from-1m00-to-2m00-card-kt.csv"

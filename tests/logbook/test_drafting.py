@@ -100,8 +100,9 @@ def test_a_name_cannot_leave_its_line(tmp_path):
 
 def test_the_command_writes_a_mapping_that_calibrate_offers(tmp_path, capsys):
     log, mapping = headers.write_header(tmp_path / "log.csv", "card", FLOWN), tmp_path / "m.toml"
-    assert main(["calibrate", str(log)]) == 2
-    assert f"pitotbench map {log} -o mapping.toml" in capsys.readouterr().err
+    lacking = quoted.write_quoted(tmp_path / "other.csv", quoted.QUOTED["no direction"])
+    assert main(["calibrate", str(lacking)]) == 2
+    assert f"pitotbench map {lacking} -o mapping.toml" in capsys.readouterr().err
     assert main(["map", str(log), "-o", str(mapping)]) == 0
     assert "6 columns recognized" in capsys.readouterr().out
     assert len(read_log(log, mapping)) == foreign.ROWS

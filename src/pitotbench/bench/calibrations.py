@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Union
 
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import CalibratedFlight, PublishedCurve
+from pitotbench.records.calibration_request import FACTS
 from pitotbench.records.log import Choice, FlightLog, InputFile, Provenance
 
 if TYPE_CHECKING:
@@ -38,35 +39,42 @@ def logs_of(
     asked: str,
     mapping: str | Path | None = None,
     part: "Part | None" = None,
+    facts: Mapping[str, Any] | None = None,
 ) -> list[FlightLog]:
     """Return the logs that stand for what was given to the function `asked`, read and checked where
     needed.
 
-    `mapping` reads files and tables, and the `part` alone is read, as in `read_log`. Raises BadInputError for anything else, and
-    for a file or a table that is no log.
+    `mapping` reads files and tables, and the `part` alone is read with the `facts` of the flight, as
+    in `read_log`. Raises BadInputError for anything else, for facts of a log that was read without
+    them, and for a file or a table that is no log.
     """
     if isinstance(given, list | tuple):
         if not given:
             raise BadInputError(f"{asked} needs at least one log")
-        return [log for each in given for log in logs_of(each, asked, mapping, part)]
+        return [log for each in given for log in logs_of(each, asked, mapping, part, facts)]
     if isinstance(given, FlightLog):
+        if facts:
+            raise BadInputError(
+                f"{asked} cannot state {', '.join(facts)} of a log in memory: give it to read_log"
+            )
         return [given if part is None else _rows_of(given, part)]
     from pitotbench.logbook.assembly import WHOLE
 
     if isinstance(given, str | Path):
         from pitotbench.logbook.reading import read_log
 
-        return [read_log(given, mapping, part=part or WHOLE)]
+        return [read_log(given, mapping, part=part or WHOLE, **(facts or {}))]
     from pandas import DataFrame  # slow, and not needed for a log
 
     if isinstance(given, DataFrame):
         from pitotbench.logbook.assembly import log_of
         from pitotbench.logbook.columns import Table
         from pitotbench.logbook.draft import MissingColumnsError
-        from pitotbench.logbook.reading import mapped
+        from pitotbench.logbook.reading import mapped, with_facts
 
         names = tuple(str(name) for name in given.columns)
-        table = Table(names, tuple(given[name].to_numpy() for name in given.columns))
+        columns = tuple(given[name].to_numpy() for name in given.columns)
+        table = with_facts(Table(names, columns), facts or {})
         if mapping is not None:
             return [log_of(mapped(table, mapping), part or WHOLE)]
         try:
@@ -78,6 +86,11 @@ def logs_of(
         "read_log reads a "
         "file with a mapping of yours"
     )
+
+
+def facts_among(choices: dict[str, Any]) -> dict[str, Any]:
+    """Take what is stated of the flight out of keywords, and return it by name, as texts."""
+    return {name: str(choices.pop(name)) for name in FACTS if name in choices}
 
 
 def _names_to_give(table: "Table") -> str:

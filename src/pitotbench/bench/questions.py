@@ -11,6 +11,7 @@ from pitotbench.bench.calibrations import (
     Source,
     advice_of,
     calibrate_each,
+    facts_among,
     flatten,
     logs_of,
     model_sources,
@@ -75,7 +76,8 @@ def calibrate(
     mapping, else from `DEFAULTS`, else from `CalibrationOptions`); mapping, a shipped name or a
     TOML file, for logs with other column names; handbook, a table (CSV) of KIAS and KCAS to compare
     the curve with; start and end, the minutes and seconds of the log between which it is used, such
-    as `start="12:30", end="25:00"`. A list has one curve, and a Calibration with its
+    as `start="12:30", end="25:00"`; among the keywords also what the logs do not hold, as for
+    `read_log` (`height="2000"`, `temperature_c="18±2@ground"`). A list has one curve, and a Calibration with its
     own wind for each log. A folder or a .zip file of several logs stands for the list of those that
     have an answer, whose warnings name the others; they have a curve each where they are of several
     airplanes or recorders. Several flights of one log have one curve, and their winds in `winds`. SI
@@ -86,7 +88,7 @@ def calibrate(
     from pitotbench.calibration.flights import of_one_log
     from pitotbench.logbook.same_flight import distinct
 
-    published, part = published_of(handbook), None
+    published, part, facts = published_of(handbook), None, facts_among(choices)
     if start is not None or end is not None:
         from pitotbench.logbook.assembly import part_of
 
@@ -98,15 +100,15 @@ def calibrate(
 
         answers = calibrate_folder(
             flat,
-            lambda each: logs_of(each, "calibrate", part=part)[0],
+            lambda each: logs_of(each, "calibrate", part=part, facts=facts)[0],
             options=options,
             published=published,
             **choices,
         )
         return tuple(of_one_log(answer.log, answer.flights) for answer in answers if answer.flights)
-    read = logs_of(logs, "calibrate", mapping, part)
+    read = logs_of(logs, "calibrate", mapping, part, facts)
     named = NamedFile(Path(mapping), str(mapping)) if mapping else None
-    asked = Reading(named, str(start or ""), str(end or ""))
+    asked = Reading(named, str(start or ""), str(end or ""), **facts)
     sources = [*sources_of("log", logs, read), *mapping_sources(asked)]
     made = [each for each in choices_made(asked) if each.source == "stated"]
     flights = calibrate_each(read, options, mapping, sources, made, published, **choices)
@@ -122,12 +124,15 @@ Legs = tuple[FixedSpeedPoint, ...] | tuple[FlyByPoint, ...] | HandCard | FixedSp
 
 
 def fixed_speed(
-    legs: OneLog | MetersPerSecond, track: Radians | None = None, mapping: str | Path | None = None
+    legs: OneLog | MetersPerSecond,
+    track: Radians | None = None,
+    mapping: str | Path | None = None,
+    **facts: str,
 ) -> Legs:
     """Answer by the methods that need one true airspeed, as `pitotbench fixed-speed` does.
 
-    Of a log (a path, a DataFrame or a FlightLog; `mapping` as for `calibrate`) the points of its
-    legs and turns; of a card (CSV) with a row a leg its points and curves; of tower fly-bys a point
+    Of a log (a path, a DataFrame or a FlightLog; `mapping` and the `facts` of its flight as for
+    `calibrate`) the points of its legs and turns; of a card (CSV) with a row a leg its points and curves; of tower fly-bys a point
     a pass. Three or four ground speeds [m/s] with their true tracks [rad] give the true airspeed
     and the wind, a `FixedSpeedResult`. Raises BadInputError for what cannot be used, NoAnswerError
     where no leg is found.
@@ -155,7 +160,7 @@ def fixed_speed(
             return reduce_card(*read_points(path), usual)
     from pitotbench.calibration.leg_points import fixed_speed_points
 
-    (log,) = logs_of([cast(OneLog, legs)], "fixed_speed", mapping)
+    (log,) = logs_of([cast(OneLog, legs)], "fixed_speed", mapping, facts=facts)
     return tuple(fixed_speed_points(log, options_of([log], mapping)))
 
 
@@ -166,15 +171,15 @@ def _logs_of(given: OneLog) -> Sequence[OneLog]:
     return logs_given(Path(given)) if isinstance(given, str | Path) else [given]
 
 
-def inspect(log: OneLog, mapping: str | Path | None = None) -> LogInspection:
+def inspect(log: OneLog, mapping: str | Path | None = None, **facts: str) -> LogInspection:
     """Return what a log holds and what can be learned from it: from a log, a path or a DataFrame.
 
-    `mapping` as for `calibrate`. It shows itself as the sentences of `pitotbench inspect`;
+    `mapping` and the `facts` of its flight as for `calibrate`. It shows itself as the sentences of `pitotbench inspect`;
     `to_frame` is the table of its channels. Raises BadInputError for a log that cannot be used.
     """
     from pitotbench.bench.inspection import inspect_log
 
-    (read,) = logs_of([log], "inspect", mapping)
+    (read,) = logs_of([log], "inspect", mapping, facts=facts)
     return inspect_log(read, options_of([read], mapping))
 
 
@@ -191,6 +196,7 @@ def reconcile(
     close: str | None = None,
     terms: bool = False,
     choose: str = "",
+    **facts: str,
 ) -> "FullReconciliation":
     """Find where a simulation and measured logs disagree, and name the effect that the simulation
     lacks.
@@ -205,7 +211,7 @@ def reconcile(
     a name: what is named of the airplane is patched into `./aircraft/<aircraft>+<close>`, and the
     logs are judged again with it, until nothing more closes (`account.closing`); terms, whether all
     aerodynamic terms of the model's file compete; choose, the cause to patch of a set that the logs
-    do not tell apart.
+    do not tell apart; facts of the flight, as for `calibrate`.
     Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch`
     and the figures of each of the `flights`. It shows itself in a notebook. Raises BadInputError
     for a log that cannot be used or a choice that is in no set, UnknownNameError for an aircraft
@@ -228,7 +234,7 @@ def reconcile(
             if isinstance(each, NamedLog)
             else NamedLog(
                 Path(each).name if isinstance(each, str | Path) else f"{memory} {n}",
-                logs_of([each], "reconcile", mapping)[0],
+                logs_of([each], "reconcile", mapping, facts=facts)[0],
             )
             for n, each in enumerate(flat, start=1)
         ]

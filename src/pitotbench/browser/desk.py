@@ -165,7 +165,7 @@ class Desk:
                     logs=tuple(dict.fromkeys(each.log for each in chosen)),
                     handbook=self.handbook,
                     options=old.options,
-                    temperature_c=old.temperature_c,
+                    **old.facts(),
                     parameters=chosen[0].autopilot,
                 )
             )

@@ -200,8 +200,8 @@ def _table(path: Path, whole: Request) -> Any:
         path,
         whole.mapping.path if whole.mapping else None,
         stated_parameters(whole.parameters)[1] if whole.parameters else {},
-        whole.temperature_c or None,
         int(whole.airspeed_sensor) if whole.airspeed_sensor else None,
+        whole.facts(),
     )
 
 

@@ -14,6 +14,7 @@ from pitotbench.cli.shared_flags import (
     say,
     shared,
     stated_choices,
+    stated_facts,
     stated_part,
     stated_request,
     tell,
@@ -177,7 +178,7 @@ def _reduced(options: argparse.Namespace, bundled: bool) -> "list[tuple[Path, Ca
 
     def read(paths: list[Path]) -> "list[FlightLog]":
         return read_logs(
-            paths, options.mapping, stated, options.temperature_c, part, options.airspeed_sensor
+            paths, options.mapping, stated, part, options.airspeed_sensor, stated_facts(options)
         )
 
     if bundled:

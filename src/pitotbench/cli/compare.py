@@ -16,10 +16,11 @@ from pitotbench.cli.shared_flags import (
     say,
     shared,
     stated_choices,
+    stated_facts,
     tell,
 )
 from pitotbench.records import BadInputError
-from pitotbench.records.calibration_request import CalibrationChoices, Reading
+from pitotbench.records.calibration_request import FACTS, CalibrationChoices, Reading
 
 if TYPE_CHECKING:
     from pitotbench.records.calibration import ErrorCurve
@@ -43,7 +44,7 @@ FLAGS = (
         help="a calibration (--json of calibrate), a log, or a JSBSim file (.xml)",
     ),
     flag("second", type=Path, metavar="B", help="another of the same kind, held against the first"),
-    *asked_flags(Reading, CalibrationChoices, only=("mapping", "accuracies")),
+    *asked_flags(Reading, CalibrationChoices, only=("mapping", *FACTS, "accuracies")),
     *shared("json", "report", "units"),
     flag("--model", help="of two logs: the pressure-error model (as for calibrate)"),
     flag(
@@ -85,7 +86,9 @@ def _logs(options: argparse.Namespace) -> None:
 
     paths = [options.first, options.second]
     curves = []
-    for path, log in zip(paths, read_logs(paths, options.mapping), strict=True):
+    for path, log in zip(
+        paths, read_logs(paths, options.mapping, facts=stated_facts(options)), strict=True
+    ):
         flight, *_ = calibrate_each([log], None, options.mapping, **stated_choices(options))
         curves.append((path.stem, flight.calibration.curve))
     _tell(curves, options)

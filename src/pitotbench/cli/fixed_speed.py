@@ -13,6 +13,7 @@ from pitotbench.cli.shared_flags import (
     require_table,
     shared,
     stated_choices,
+    stated_facts,
     stated_numbers,
     tell,
     tell_each,
@@ -20,7 +21,7 @@ from pitotbench.cli.shared_flags import (
     write_table,
 )
 from pitotbench.records import BadInputError
-from pitotbench.records.calibration_request import CalibrationChoices, Reading
+from pitotbench.records.calibration_request import FACTS, CalibrationChoices, Reading
 
 FLAGS = (
     flag(
@@ -31,7 +32,7 @@ FLAGS = (
         help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower "
         "fly-by",
     ),
-    *asked_flags(Reading, CalibrationChoices, only=("mapping", "accuracies", "priors")),
+    *asked_flags(Reading, CalibrationChoices, only=("mapping", *FACTS, "accuracies", "priors")),
     *shared("table", "units", "json"),
     flag("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]"),
     flag("--track-deg", help="true track of each leg, with commas [°]"),
@@ -141,7 +142,7 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.records import NoAnswerError
     from pitotbench.show.curve_rows import points_json, points_tree
 
-    logs = read_logs(options.logs, options.mapping)
+    logs = read_logs(options.logs, options.mapping, facts=stated_facts(options))
     choice = options_of(logs, options.mapping, **stated_choices(options))
     found = []
     for path, log in zip(options.logs, logs, strict=True):

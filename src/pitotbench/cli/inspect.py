@@ -9,9 +9,10 @@ from pitotbench.cli.shared_flags import (
     read_logs,
     require_page,
     shared,
+    stated_facts,
     tell,
 )
-from pitotbench.records.calibration_request import CalibrationRequest
+from pitotbench.records.calibration_request import FACTS, CalibrationRequest
 
 FLAGS = (
     flag(
@@ -20,7 +21,7 @@ FLAGS = (
         metavar="LOG",
         help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
     ),
-    *asked_flags(CalibrationRequest, only=("mapping", "airspeed_sensor")),
+    *asked_flags(CalibrationRequest, only=("mapping", "airspeed_sensor", *FACTS)),
     *shared("units", "json", "report"),
 )
 
@@ -45,7 +46,12 @@ def run(options: argparse.Namespace) -> int:
         if len(flights) > 1:
             tell(options, lambda: summaries_json(flights), lambda: summaries_tree(flights))
             return 0
-    (log,) = read_logs([options.log], options.mapping, airspeed_sensor=options.airspeed_sensor)
+    (log,) = read_logs(
+        [options.log],
+        options.mapping,
+        airspeed_sensor=options.airspeed_sensor,
+        facts=stated_facts(options),
+    )
     found = inspect(log, options.mapping)
     tell(
         options,

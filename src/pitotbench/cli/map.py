@@ -4,12 +4,14 @@ import argparse
 import sys
 from pathlib import Path
 
-from pitotbench.cli.shared_flags import flag
+from pitotbench.cli.shared_flags import asked_flags, flag, stated_facts
 from pitotbench.records import BadInputError
+from pitotbench.records.calibration_request import FACTS, Reading
 
 FLAGS = (
     flag("log", type=Path, metavar="LOG", help="log file with unknown column names"),
     flag("-o", "--out", type=Path, help="mapping to write (.toml); without it, it is printed"),
+    *asked_flags(Reading, only=FACTS),
 )
 
 
@@ -18,7 +20,7 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.logbook.bundle import is_bundle
     from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.drafting import draft_mapping, mapping_text
-    from pitotbench.logbook.reading import needs_mapping, read_table
+    from pitotbench.logbook.reading import needs_mapping, read_table, with_facts
     from pitotbench.records.outputs import require_file
     from pitotbench.show.columns import printable
 
@@ -30,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
         if known := needs_mapping(options.log):
             print(printable(f"{options.log.name}: {known}"))
             return 0
-        drafted = draft_mapping(read_table(options.log))
+        drafted = draft_mapping(with_facts(read_table(options.log), stated_facts(options)))
     except BadInputError as error:
         raise BadInputError(f"{options.log}: {error}") from error
     text = mapping_text(drafted, options.log.name)

@@ -14,6 +14,7 @@ from pitotbench.cli.shared_flags import (
     require_page,
     say,
     shared,
+    stated_facts,
     stated_part,
     stated_request,
     tell,
@@ -181,7 +182,11 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     paths = [*options.log, *holdouts]
     arrays = [path for path in paths if is_identification(path)]
     others = [path for path in paths if path not in arrays]
-    read = read_logs(others, options.mapping, part=stated_part(options)) if others else []
+    read = (
+        read_logs(others, options.mapping, part=stated_part(options), facts=stated_facts(options))
+        if others
+        else []
+    )
     logs = dict(zip(others, read, strict=True))
     named = [
         NamedLog(path.name, _maneuvers(options, path, logs.get(path)) or logs[path], card)

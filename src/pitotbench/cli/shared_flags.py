@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from pitotbench.catalog import explain
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration_request import (
+    FACTS,
     FILES,
     NamedFile,
     Reading,
@@ -127,12 +128,12 @@ def read_logs(
     paths: Sequence[Path],
     mapping: str | None,
     parameters: Mapping[str, float] | None = None,
-    temperature_c: str | None = None,
     part: "Part" = (None, None),
     airspeed_sensor: int | None = None,
+    facts: Mapping[str, Any] | None = None,
 ) -> "list[FlightLog]":
-    """Read logs, or the same part of each. Raises BadInputError as `read_log` does, with the offer
-    to draft a mapping for unknown names.
+    """Read logs, or the same part of each, with what is stated of the flight (`FACTS`). Raises
+    BadInputError as `read_log` does, with the offer to draft a mapping for unknown names.
     """
     from pitotbench.logbook.draft import MissingColumnsError
     from pitotbench.logbook.reading import read_log
@@ -140,7 +141,7 @@ def read_logs(
     logs = []
     for path in paths:
         try:
-            logs.append(read_log(path, mapping, parameters, temperature_c, part, airspeed_sensor))
+            logs.append(read_log(path, mapping, parameters, part, airspeed_sensor, **(facts or {})))
         except MissingColumnsError as error:
             raise BadInputError(f"{error}" if mapping else _no_log(path, error)) from error
     return logs
@@ -184,6 +185,11 @@ def stated_part(options: argparse.Namespace) -> "Part":
     from pitotbench.logbook.assembly import part_of
 
     return part_of(options.begin, options.end, options.without or ())
+
+
+def stated_facts(options: argparse.Namespace) -> dict[str, str]:
+    """Return what flags state of the flight, by name."""
+    return {name: text for name in FACTS if (text := getattr(options, name, None))}
 
 
 def stated_wind(options: argparse.Namespace) -> "Wind":

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pitotbench.broken import BROKEN, TAXI, Broken, find_early, find_late
 from pitotbench.channels import Channel
 from pitotbench.logbook.columns import (
+    HEIGHT,
     KIND,
     PARAMETERS,
     QUANTITIES,
@@ -213,12 +214,11 @@ def check_stuck(draft: Draft) -> None:
         "velocity_north": _stuck(draft, velocity, ["impact_pressure"]) & (speed > _MOVING),
     }
     if np.ptp(draft.channels["static_pressure"]) == 0.0:
-        draft.warnings.append(
-            Caution(
-                f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?",
-                "suspect",
+        if draft.columns["static_pressure"] != HEIGHT:  # which is one number
+            words = (
+                f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?"
             )
-        )
+            draft.warnings.append(Caution(words, "suspect"))
         still["static_pressure"][:] = False
     # At the end of its range a sensor stands still as well. Those rows stay, and show where the
     # range ends.

@@ -18,6 +18,7 @@ from pitotbench import air
 from pitotbench.logbook.columns import (
     AIR_DATA,
     DAY,
+    HEIGHT,
     START,
     Table,
     clock_seconds,
@@ -213,6 +214,12 @@ def _altitude(draft: Draft, header: dict[str, Any]) -> None:
             words = f"above a place of take-off that lies at {field:.0f} m by GPS"
         pressure_altitude = above + field
     if pressure_altitude is None:
+        if HEIGHT in header:
+            from pitotbench.logbook.stated_height import take_height  # most logs hold a height
+
+            accuracy = take_height(draft, str(header[HEIGHT]), _SEA_LEVEL)
+            _state_accuracy(header, "static_pressure_pa", accuracy)
+            draft.displayed.add("static_pressure")
         return
     pressure = np.asarray(air.standard_pressure(pressure_altitude))
     draft.put("static_pressure", pressure, draft.columns[source], "pa")

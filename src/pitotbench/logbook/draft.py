@@ -35,8 +35,10 @@ _INSTEAD = {
     "impact_pressure": " or indicated_airspeed_kt",
     "velocity_north": " or ground_speed_kt with track_deg or latitude_deg with longitude_deg",
 }
+_HEIGHT_IS_ENOUGH = " A height that you know is enough: --height 2000 (ft) or 600m states it."
 _SHOWN_RANGES = 5
 _FEWEST_ROWS = 2
+_FEWEST_OURS = 3  # names of needed quantities that a log of ours has, whatever else it lacks
 
 
 class MissingColumnsError(BadInputError):
@@ -213,6 +215,8 @@ def require(draft: Draft) -> None:
         hints = "".join(
             f" Is {found[0]!r} meant for {m.split()[0]}?" for m, found in near.items() if found
         )
+        if missing == [f"{QUANTITIES['static_pressure'].column}{_INSTEAD['static_pressure']}"]:
+            hints += _HEIGHT_IS_ENOUGH
         raise MissingColumnsError(
             f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} (or in another "
             f"unit).{hints} "
@@ -228,6 +232,21 @@ def require(draft: Draft) -> None:
             "columns not used (not quantities of a flight log): "
             f"{', '.join(dict.fromkeys(filter(None, draft.strangers)))}"
         )
+
+
+def has_our_names(table: Table) -> bool:
+    """Return whether the names of a table are those of a flight log: several of the quantities that
+    it needs are among them, with a unit.
+    """
+    found = set()
+    for name in table.names:
+        try:
+            parsed = parse_column(name)
+        except BadInputError:  # another unit than is known
+            found |= set() if name in QUANTITIES else {name}
+        else:
+            found |= {parsed[0].name} if parsed and parsed[0].essential else set()
+    return len(found) >= _FEWEST_OURS
 
 
 def name_rows(rows: NDArray[np.intp]) -> str:

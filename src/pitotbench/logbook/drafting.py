@@ -17,6 +17,7 @@ from pitotbench.logbook.assembly import log_of
 from pitotbench.logbook.behavior import judged
 from pitotbench.logbook.checks import check_broken, check_broken_in_sound_velocities
 from pitotbench.logbook.columns import (
+    HEIGHT,
     QUANTITIES,
     Column,
     Table,
@@ -88,7 +89,8 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
         return _date(name)
     words, written = _words(name, unit)
     found = _fitting(name, words, written, values)
-    if not found and written and not unit and not _BRACKETS.search(name):
+    known = any(_score(words, names.split())[0] > _PART + 0.1 for names in SYNONYMS.values())
+    if not found and written and not unit and not known and not _BRACKETS.search(name):
         # The last word of the name may be no unit after all: TAT_DI_R is right of the nose, not in
         # °R.
         found = _fitting(name, [*words, *written.split("/")], "", values)
@@ -338,6 +340,7 @@ _ROWS = 2000  # of a long log that are tried
 _MOST_TRIALS = 48
 _MOST_COLUMNS = 1000
 _SURE = 0.7  # score of a name above which it is the field's own
+_HEIGHTS = ("static_pressure", "pressure_altitude", "indicated_altitude", "height_above_takeoff")
 _NEEDED = (
     ("time",),
     (
@@ -348,7 +351,7 @@ _NEEDED = (
         "mach",
         "true_airspeed",
     ),
-    ("static_pressure", "pressure_altitude", "indicated_altitude", "height_above_takeoff"),
+    _HEIGHTS,
     ("velocity_north", "ground_speed", "latitude"),
     ("velocity_east", "track", "magnetic_track", "longitude"),
 )
@@ -425,8 +428,9 @@ def draft_mapping(table: Table) -> DraftedMapping:
     table = replace(table, columns=tuple(columns))
     stated = table.units or ("",) * len(table.names)
     offered = list(map(guesses, table.names, stated, table.columns))
-    chosen = _without_superseded(agreed(table, judged(table, _one_each(offered))))
-    fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
+    chosen = _without_superseded(table, agreed(table, judged(table, _one_each(offered))))
+    lacking = _missing(table, chosen)
+    fitted, refusal = (chosen, "") if lacking else _fit_units(table, chosen)
     fitted = judged(table, fitted)  # now that more units are known
     by_quantity = {guess.quantity: guess.theirs for guess in fitted}
     lines = (
@@ -436,12 +440,34 @@ def draft_mapping(table: Table) -> DraftedMapping:
         ),
         *_more_sensors(fitted, offered),
     )
-    if not refusal and not _missing(chosen):
+    if not refusal and not lacking:
         refusal, _ = _trial(table, fitted)
     used = {line.guess.theirs for line in lines}
     unused = tuple(name for name in table.names if name not in used)
     ranges = tuple(_range_of(table.column(name)) for name in unused)
-    return DraftedMapping(lines, _missing(chosen), unused, refusal, ranges)
+    return DraftedMapping(lines, lacking, unused, refusal, ranges)
+
+
+def read_by_draft(table: Table) -> Table | None:
+    """Return a table under our names by the draft of its columns, with a remark that says how each
+    was read; what raises a question is left out. None where something that a log needs is not sure.
+    """
+    drafted = draft_mapping(table)
+    sure = [line.guess for line in drafted.lines if not line.question]
+    if drafted.unusable or _missing(table, sure):
+        return None
+    asked = [line.guess.theirs for line in drafted.lines if line.question]
+    lines = ", ".join(f"{guess.theirs} → {guess.target()}" for guess in sure)
+    left = f"; left out, since `pitotbench map` has a question: {', '.join(asked)}" if asked else ""
+    note = f"columns as their names, units and values tell: {lines}{left}"
+    found = rename(table, _mapped_file(sure))
+    return replace(found, warnings=(*found.warnings, note))
+
+
+def _mapped_file(chosen: Sequence[Guess]) -> MappedFile:
+    return MappedFile(
+        ("*",), "last", tuple(Renamed(g.theirs, g.target(), g.factor) for g in chosen)
+    )
 
 
 def _range_of(column: Column) -> str:
@@ -475,7 +501,7 @@ _DIRECTED = ("ground_speed", "track", "magnetic_track")
 _POSITIONS = ("latitude", "longitude")
 
 
-def _without_superseded(chosen: list[Guess]) -> list[Guess]:
+def _without_superseded(table: Table, chosen: list[Guess]) -> list[Guess]:
     here = {guess.quantity for guess in chosen if guess.score >= _SURE}
     dropped: tuple[str, ...] = _POSITIONS  # where the velocity has both components
     if not here.issuperset(_COMPONENTS[:2]):
@@ -485,21 +511,24 @@ def _without_superseded(chosen: list[Guess]) -> list[Guess]:
         dropped = (*_COMPONENTS, *(_POSITIONS if directed else others))
         dropped = dropped if directed or others else ()
     unneeded = {name for name, better in _SUPERSEDED.items() if not here.isdisjoint(better)}
-    return _with_a_height([g for g in chosen if g.quantity not in unneeded.union(dropped)])
+    return _with_a_height(table, [g for g in chosen if g.quantity not in unneeded.union(dropped)])
 
 
-def _with_a_height(chosen: list[Guess]) -> list[Guess]:
+def _with_a_height(table: Table, chosen: list[Guess]) -> list[Guess]:
     """Return the guesses with a height for the static pressure where there is none: the altitude,
     whose reference is then as good as unknown.
     """
     lifted = [
         replace(g, quantity="indicated_altitude") if g.quantity == "altitude" else g for g in chosen
     ]
-    return lifted if _missing(chosen) and not _missing(lifted) else chosen
+    return lifted if _missing(table, chosen) and not _missing(table, lifted) else chosen
 
 
-def _missing(chosen: Sequence[Guess]) -> tuple[str, ...]:
-    here = {guess.quantity for guess in chosen}
+def _missing(table: Table, chosen: Sequence[Guess]) -> tuple[str, ...]:
+    """The needed quantities that neither a guess nor what is stated of the flight gives."""
+    here = {guess.quantity for guess in chosen} | (
+        {_HEIGHTS[0]} if HEIGHT in table.header else set()
+    )
     return tuple(" or ".join(names) for names in _NEEDED if not here & set(names))
 
 
@@ -511,7 +540,12 @@ def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
     sample = replace(table, columns=tuple(column[::step] for column in table.columns), warnings=())
     # No unit breaks a pitot, and to look for a broken one takes most of the time of a reading.
     trials = [
-        (units, *_trial(sample, _trusted(units), (check_broken, check_broken_in_sound_velocities)))
+        (
+            units,
+            *_trial(
+                sample, _trusted(sample, units), (check_broken, check_broken_in_sound_velocities)
+            ),
+        )
         for units in islice(_unit_choices(chosen), _MOST_TRIALS)
     ]
     best = min(trials, key=lambda trial: (bool(trial[1]), trial[2]))
@@ -545,22 +579,21 @@ def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
         ]
 
 
-def _trusted(chosen: list[Guess]) -> list[Guess]:
+def _trusted(table: Table, chosen: list[Guess]) -> list[Guess]:
     """Return the guesses by which the units of the others are judged: what raises a question itself
     is none, where the log can be read without it.
     """
     trusted = [guess for guess in chosen if not guess.doubt]
-    return chosen if _missing(trusted) else trusted
+    return chosen if _missing(table, trusted) else trusted
 
 
 def _trial(
     sample: Table, chosen: list[Guess], unasked: Sequence[Callable[[Draft], None]] = ()
 ) -> tuple[str, int]:
     """Return why the log is refused with some guesses, and how many doubts it raises."""
-    renamed = tuple(Renamed(g.theirs, g.target(), g.factor) for g in chosen)
     try:
         with np.errstate(all="ignore"):
-            log = log_of(rename(sample, MappedFile(("*",), "last", renamed)), unasked=unasked)
+            log = log_of(rename(sample, _mapped_file(chosen)), unasked=unasked)
     except BadInputError as error:
         return str(error), 0
     return "", sum(
@@ -609,7 +642,7 @@ def _question(guess: Guess, rivals: Sequence[str], by_quantity: Mapping[str, str
             f"(magnetic_{guess.quantity}_deg)?"
         )
     if (guess.quantity == "indicated_altitude" and "altimeter_setting" not in by_quantity) or (
-        guess.quantity == "altitude" and not set(_NEEDED[2]) & set(by_quantity)
+        guess.quantity == "altitude" and not set(_HEIGHTS) & set(by_quantity)
     ):
         return (
             "is it the height by GPS, or a pressure altitude "
@@ -648,7 +681,7 @@ def fill_units(table: Table) -> Table:
             chosen.append(Guess(name, name, ("s",), _EXACT, True))
         elif quantity.unit and (values := almost_numbers(column)) is not None:
             chosen += _with_units(name, quantity, _EXACT, 1.0, "", values)
-    if any(len(guess.units) > 1 for guess in chosen) and not _missing(chosen):
+    if any(len(guess.units) > 1 for guess in chosen) and not _missing(table, chosen):
         chosen = _fit_units(table, chosen)[0]
     named: dict[str, str] = {}
     notes = list(table.warnings)

@@ -1,14 +1,15 @@
 """Read a file as a FlightLog: recognize its columns, convert them to SI, check them."""
 
 from collections import abc
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from pitotbench.catalog import explain
 from pitotbench.logbook.assembly import WHOLE, Part, log_of
 from pitotbench.logbook.bundle import is_bundle, logs_in, opened
 from pitotbench.logbook.columns import (
     CALIBRATE,
-    DAY,
     KIND,
     MAPPING,
     PARAMETERS,
@@ -17,11 +18,13 @@ from pitotbench.logbook.columns import (
     split_positions,
     within,
 )
+from pitotbench.logbook.draft import has_our_names
 from pitotbench.logbook.formats import reader_of, topics_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
 from pitotbench.logbook.sensors import of_sensor
 from pitotbench.records import BadInputError
+from pitotbench.records.calibration_request import FACTS
 from pitotbench.records.intake import require_regular
 from pitotbench.records.log import FORMAT, UNITS_BY, FlightLog
 
@@ -34,9 +37,9 @@ def read_log(
     path: Path | str,
     mapping: Path | str | None = None,
     parameters: abc.Mapping[str, float] | None = None,
-    temperature_c: str | None = None,
     part: Part = WHOLE,
     airspeed_sensor: int | None = None,
+    **facts: str | None,
 ) -> FlightLog:
     """Read a flight log from a file, from a folder or a .zip file that holds one, or from a file in
     a .zip (`card.zip/flight.csv`).
@@ -44,28 +47,29 @@ def read_log(
     `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it,
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
     `log.header["mapping"]`. `parameters` are the airspeed parameters of an autopilot with which the
-    log was flown, by name, in place of those that it holds. `temperature_c` states the temperature
-    of the day [°C], such as `18±2@ground` (`temperature.stated_day`). Of several airspeed sensors
-    that of the number `airspeed_sensor` is read, counted from 1; the first for None. Only the
-    `part` is read and judged: from so many seconds after the first row to so many, None for an end
-    of the log. The
-    entry `warnings` of `log.header` lists, with row numbers, what was dropped and what looks wrong.
+    log was flown, by name, in place of those that it holds. Of several airspeed sensors that of the
+    number `airspeed_sensor` is read, counted from 1; the first for None. Only the `part` is read
+    and judged: from so many seconds after the first row to so many, None for an end of the log.
+    `facts` state what the log does not hold: `temperature_c` the temperature of the day [°C], such
+    as `18±2@ground` (`temperature.stated_day`), `height` that above the sea, such as `2000±300ft`
+    (`stated_height`). The entry `warnings` of `log.header` lists, with row numbers, what was dropped
+    and what looks wrong.
 
-    Raises BadInputError for a log that cannot be used (the message begins with the file),
-    UnknownNameError for a mapping that is not shipped.
+    Raises BadInputError for a log that cannot be used (the message begins with the file) and for an
+    unknown fact, UnknownNameError for a mapping that is not shipped.
     """
     source = Path(path)
     with within(source):
         stated = dict(parameters or {})
-        return log_of(whole_table(source, mapping, stated, temperature_c, airspeed_sensor), part)
+        return log_of(whole_table(source, mapping, stated, airspeed_sensor, facts), part)
 
 
 def whole_table(
     source: Path,
     mapping: Path | str | None = None,
     parameters: Parameters | None = None,
-    temperature_c: str | None = None,
     airspeed_sensor: int | None = None,
+    facts: abc.Mapping[str, str | None] | None = None,
 ) -> Table:
     """Return the table of a log under our column names, before it is checked. Parameters and errors
     as of `read_log`, without the file in the message.
@@ -79,10 +83,18 @@ def whole_table(
             if named is None
             else _advised(read_mapped(place, named, read_table, parameters, airspeed_sensor), named)
         )
-        table = of_sensor(table, airspeed_sensor)
-    if temperature_c is None:
-        return table
-    return replace(table, header={**table.header, DAY: temperature_c})
+        table = with_facts(of_sensor(table, airspeed_sensor), facts or {})
+    return _by_names(table) if named is None and MAPPING not in table.header else table
+
+
+def with_facts(table: Table, facts: abc.Mapping[str, str | None]) -> Table:
+    """Return a table with what is stated of the flight in its header. Raises BadInputError for an
+    unknown name.
+    """
+    for name in facts:
+        if name not in FACTS:
+            raise BadInputError(explain("fact of a flight", name, list(FACTS)))
+    return replace(table, header={**table.header, **{k: v for k, v in facts.items() if v}})
 
 
 def _only_log(folder: Path, source: Path) -> Path:
@@ -135,6 +147,19 @@ def mapped(table: Table, mapping: Path | str) -> Table:
     """Return a table under our column names by a mapping of one file. Raises as `read_log` does."""
     named = find_mapping(mapping)
     return _advised(_filled(rename(table, named.files[0])), named)
+
+
+def _by_names(table: Table) -> Table:
+    """Return a table of which no mapping knows the recorder by the draft of its columns, where their
+    names are not ours and the draft is sure; else as it is.
+    """
+    if has_our_names(table):
+        return table
+    from pitotbench.logbook.drafting import read_by_draft  # a log of ours does without
+
+    with suppress(BadInputError):  # of which the missing columns are told
+        return read_by_draft(table) or table
+    return table
 
 
 def _filled(table: Table) -> Table:

@@ -13,16 +13,23 @@ _USUAL = ", ".join(f"{name}={value:g}" for name, value in USUAL_ACCURACIES.items
 
 
 def option(
-    default: Any, flag: str = "", said: str = "", unit: str = "", usual: str = "", **settings: Any
+    default: Any,
+    flag: str = "",
+    said: str = "",
+    unit: str = "",
+    usual: str = "",
+    fact: bool = False,
+    **settings: Any,
 ) -> Any:
     """A field that can be asked for: by its flag, with the help that is said of it, in its unit, a
-    suffix of `pitotbench.units`. In a record of texts, `usual` is what stands for none. `settings`
-    are further ones of `ArgumentParser.add_argument`.
+    suffix of `pitotbench.units`. In a record of texts, `usual` is what stands for none, and a
+    `fact` is one of the flight that its log does not hold (`FACTS`). `settings` are further ones of
+    `ArgumentParser.add_argument`.
     """
     settings["help"] = f"{said} [{unit}]" if unit else said
     if isinstance(default, bool):
         settings |= {"action": "store_const", "const": "yes"}
-    told = {"flag": flag, "unit": unit, "usual": usual, "settings": settings}
+    told = {"flag": flag, "unit": unit, "usual": usual, "fact": fact, "settings": settings}
     return field(default=default, metadata=told)
 
 
@@ -77,6 +84,25 @@ class Reading:
         metavar="MIN:S-MIN:S",
         action="append",
     )
+    temperature_c: str = option(
+        "",
+        "--temperature-c",
+        "temperature of the day [°C], lapsed with height, for a log without a probe of the air: "
+        "18, 18±2@ground (the lowest height of the log), -5+-2@1500ft (default: a standard day "
+        "±15 K)",
+        usual="as logged, else a standard day",
+        fact=True,
+        metavar="T±2σ@PLACE",
+    )
+    height: str = option(
+        "",
+        "--height",
+        "height above the sea that was flown, for a log that holds none: 2000 (ft), 600m, "
+        "2000±300ft (default: as logged)",
+        usual="as logged",
+        fact=True,
+        metavar="HEIGHT±2σ",
+    )
 
     def texts(self) -> Iterator[tuple[Field[Any], list[str]]]:
         """Yield each field that can be asked for, with the texts that its flag takes to ask it."""
@@ -85,6 +111,14 @@ class Reading:
             if isinstance(value, NamedFile):
                 value = value.name
             yield each, [*value] if isinstance(value, tuple) else [value] if value else []
+
+    def facts(self) -> dict[str, Any]:
+        """Return what is stated of the flight, by name, as `read_log` takes it."""
+        return {name: text for name in FACTS if (text := getattr(self, name))}
+
+
+# The fields that say what is known of a flight and is not in its log.
+FACTS = tuple(each.name for each in fields(Reading) if each.metadata["fact"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,15 +156,6 @@ class CalibrationRequest(Reading):
         usual="the first",
         metavar="N",
         type=int,
-    )
-    temperature_c: str = option(
-        "",
-        "--temperature-c",
-        "temperature of the day [°C], lapsed with height, for a log without a probe of the air: "
-        "18, 18±2@ground (the lowest height of the log), -5+-2@1500ft (default: a standard day "
-        "±15 K)",
-        usual="as logged, else a standard day",
-        metavar="T±2σ@PLACE",
     )
 
 

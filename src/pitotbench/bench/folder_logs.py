@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pitotbench.bench.calibrations import OneLog, Source, calibrate_each, names_of, sources_of
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.over_dates import over_dates
 from pitotbench.campaigns.fleet import progress
 from pitotbench.logbook.checks import airplane_of
 from pitotbench.logbook.columns import MAPPING, PARAMETERS
@@ -16,6 +17,7 @@ from pitotbench.logbook.same_flight import distinct, recorders_notices
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import CalibratedFlight, PublishedCurve
 from pitotbench.records.log import Caution, Choice, FlightLog
+from pitotbench.records.over_dates import OverDates
 
 if TYPE_CHECKING:
     from pitotbench.calibration.flights import Known
@@ -26,11 +28,14 @@ _SHOWN = 3  # logs left out that a warning names with their reason
 
 @dataclass(frozen=True, slots=True)
 class FolderAnswer(Generic[T]):
-    """A log of a folder with what was given for it, and its flights."""
+    """A log of a folder with what was given for it, and its flights. `over_dates` is the course of
+    the correction over all logs, None where their dates tell none.
+    """
 
     given: T
     log: FlightLog
     flights: tuple[CalibratedFlight, ...]
+    over_dates: OverDates | None = None
 
 
 def calibrate_folder(
@@ -81,6 +86,11 @@ def calibrate_folder(
     report(f"{len(given)} logs, {len(found)} with an answer")
     if not found:
         raise BadInputError(f"none of its logs has an answer: {'; '.join(left_out[:_SHOWN])}")
+    course = (
+        None
+        if _differ_in_recorder(found)
+        else over_dates(_names(found), [a.flights for a in found])
+    )
     by_height = {id(each) for each in found if not any(key[0] == id(each.log) for key in known)}
     common = [each for each in found if id(each) not in by_height]
     places = distinct([each.log for each in found], _names(found)).places
@@ -102,8 +112,8 @@ def calibrate_folder(
         ]
     first = [own[0] for own in groups]
     apart = recorders_notices([each.log for each in first], _names(first), together=False)
-    cautions = (*apart, *_left_out(left_out))
-    return [_warned(each, cautions) for each in answers] if cautions else answers
+    cautions = (*apart, *_left_out(left_out), *_changed(course))
+    return [replace(_warned(each, cautions), over_dates=course) for each in answers]
 
 
 def _names(answers: Sequence[FolderAnswer[T]]) -> list[str]:
@@ -125,6 +135,10 @@ def _left_out(words: Sequence[str]) -> tuple[Caution, ...]:
     more = f" and {len(words) - _SHOWN} more" if len(words) > _SHOWN else ""
     text = f"logs without an answer: {'; '.join(words[:_SHOWN])}{more}"
     return (Caution(text, "logs left out"),)
+
+
+def _changed(course: OverDates | None) -> tuple[Caution, ...]:
+    return (Caution(course.words, "changed over dates"),) if course and course.words else ()
 
 
 def _warned(answer: FolderAnswer[T], cautions: Sequence[Caution]) -> FolderAnswer[T]:

@@ -31,6 +31,7 @@ from pitotbench.records.calibration_request import (
 if TYPE_CHECKING:
     from pitotbench.records.calibration import CalibratedFlight
     from pitotbench.records.log import FlightLog
+    from pitotbench.records.over_dates import OverDates
 
 
 FLAGS = (
@@ -74,6 +75,7 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.show.curve_rows import card_csv
     from pitotbench.show.deliverables import PARAMETER_FILES, parameter_file
     from pitotbench.show.limits import limit_named
+    from pitotbench.show.over_dates import over_dates_tree
     from pitotbench.show.reader_units import reader_units
     from pitotbench.show.tree import Sentence
 
@@ -92,6 +94,7 @@ def run(options: argparse.Namespace) -> int:
             require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
     limit, units = limit_named(options.limit or "auto"), reader_units(options.units)
+    reduced, course = _reduced(options, bundled)
     found = [
         NamedFlight(
             str(path),
@@ -100,7 +103,7 @@ def run(options: argparse.Namespace) -> int:
             if autopilot and (flight.calibration.usable or options.parameter_file)
             else None,
         )
-        for path, flight in _reduced(options, bundled)
+        for path, flight in reduced
     ]
     own = {each.name: each.flight.calibration for each in found if each.own_curve}
     curves = len({each.file for each in found if each.own_curve})
@@ -112,7 +115,7 @@ def run(options: argparse.Namespace) -> int:
 
         # A flight with a curve of its own, as of `auto`, is no part of the record of the first one.
         same = [first, *(each.flight.calibration for each in found[1:] if not each.own_curve)]
-        write_page(options.report, lambda: flights_page(found, limit, units))
+        write_page(options.report, lambda: flights_page(found, limit, units, course))
         write_page(options.record, lambda: calibration_record(same, limit, units))
     write_page(options.card, lambda: card_csv(first))
     if (settings := found[0].settings) is not None:
@@ -128,6 +131,7 @@ def run(options: argparse.Namespace) -> int:
         options,
         lambda: flights_json(found, limit),
         lambda: [
+            *([] if course is None else [over_dates_tree(course)]),
             *(flight_tree(each, limit) for each in found),
             *([] if options.verbose else [Sentence(f"More: {more}.")]),
         ],
@@ -155,9 +159,12 @@ def _require_one_curve(name: str, curves: int) -> None:
         )
 
 
-def _reduced(options: argparse.Namespace, bundled: bool) -> "list[tuple[Path, CalibratedFlight]]":
+def _reduced(
+    options: argparse.Namespace, bundled: bool
+) -> "tuple[list[tuple[Path, CalibratedFlight]], OverDates | None]":
     """Return each flight with the path of its log and its calibration: one curve for each log where
-    asked for, else one for all. Of logs that are `bundled` in a folder, those that have an answer.
+    asked for, else one for all. Of logs that are `bundled` in a folder, those that have an answer,
+    with the course of the correction over their dates.
     """
     from pitotbench.bench.calibration_request import (
         calibrate_request,
@@ -193,17 +200,19 @@ def _reduced(options: argparse.Namespace, bundled: bool) -> "list[tuple[Path, Ca
             published=published,
             **choices,
         )
-        return [(each.given, flight) for each in answers for flight in each.flights]
+        flights = [(each.given, flight) for each in answers for flight in each.flights]
+        return flights, answers[0].over_dates
     logs = read(options.logs)
     files = [NamedFile(path, file_name(path)) for path in options.logs]
     groups = [(files, logs)]
     if options.separately:
         groups = [([file], [log]) for file, log in zip(files, logs, strict=True)]
-    return [
+    flights = [
         (own[flight.place].path, flight)
         for own, group in groups
         for flight in calibrate_request(own, group, asked, **choices)
     ]
+    return flights, None
 
 
 def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float]]:

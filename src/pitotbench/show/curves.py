@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
 
 from pitotbench import air
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
+from pitotbench.records.over_dates import OverDates
 from pitotbench.show.curve_rows import method_words, samples_of
 from pitotbench.show.limits import AUTO, Limit, limit_for
 from pitotbench.show.reader_units import BENCH, Units
@@ -322,3 +324,35 @@ def scatter_marks(results: "pd.DataFrame", vertical: str, horizontal: str) -> li
         )
         for number, (name, rows) in enumerate(results.iloc[::step].groupby("maneuver", sort=False))
     ]
+
+
+def over_dates_panels(found: OverDates, units: Units = BENCH) -> list[Panel]:
+    """The correction at three airspeeds over the dates with its ±2σ, and when it changed."""
+    dates = np.asarray(date2num(found.dates))  # type: ignore[no-untyped-call]
+    marks: list[Mark] = [
+        bars(
+            dates,
+            found.correction[:, at] / KNOT,
+            found.two_sigma[:, at] / KNOT,
+            color=color,
+            label=f"{found.airspeed[at] / KNOT:.0f} KIAS",
+            marker="o",
+            ms=3.5,
+            lw=1.0,
+            ls="none",
+        )
+        for at, color in enumerate((BLUE, ORANGE, GREEN))
+    ]
+    title = "Correction over the dates of the flights, ±2σ"
+    if found.change is not None:
+        before, after = dates[found.change.first - 1 : found.change.first + 1]
+        middle, label = float(0.5 * (before + after)), "the correction changed"
+        marks.append(lambda axes: axes.axvline(middle, color=GREY, ls="--", label=label))
+    draw = drawing(level(0.0), *marks, frame("date (UTC)", "correction [kt]"), _dated)
+    return [panel(title, draw, units=units)]
+
+
+def _dated(axes: Axes) -> None:
+    locator = AutoDateLocator(maxticks=6)  # type: ignore[no-untyped-call]
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]

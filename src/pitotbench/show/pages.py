@@ -9,11 +9,13 @@ from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.records.outputs import file_name
+from pitotbench.records.over_dates import OverDates
 from pitotbench.show.calibration import NamedFlight, flight_lines, short_answer_of
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.campaign import ANSWER_COLUMNS, campaign_tree, doubts_of_answers
 from pitotbench.show.limits import AUTO, Limit
 from pitotbench.show.markup import Section, page_of
+from pitotbench.show.over_dates import over_dates_tree
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.record import record_page
 from pitotbench.show.renderers import html_of
@@ -115,9 +117,11 @@ def _folded(node: Node) -> Node:
     return Heading(title, (Table(node.columns, node.rows),), NUMBERS)
 
 
-def log_page(title: str, sections: Sequence[Section], units: Units = BENCH) -> str:
-    """The HTML of calibrated logs; the line below the title says whether they were measured or
-    simulated.
+def log_page(
+    title: str, sections: Sequence[Section], units: Units = BENCH, first: Sequence[Node] = ()
+) -> str:
+    """The HTML of calibrated logs, after what is of all; the line below the title says whether they
+    were measured or simulated.
     """
     origins = " and ".join(dict.fromkeys(section.group for section in sections))
     answers = [section.answer for section in sections]
@@ -125,14 +129,20 @@ def log_page(title: str, sections: Sequence[Section], units: Units = BENCH) -> s
         return page_of(
             title, [], units, f"From a {origins.removesuffix('s')}", sections, [_READING]
         )
-    nodes = [Table(ANSWER_COLUMNS, answers, "In short"), *doubts_of_answers(answers)]
+    short = Table(ANSWER_COLUMNS, answers, "In short")
+    nodes = [*first, short, *doubts_of_answers(answers)]
     return page_of(title, nodes, units, f"From {origins}", sections, [_READING])
 
 
 def flights_page(
-    flights: Sequence[NamedFlight], limit: Limit | str | None = AUTO, units: Units = BENCH
+    flights: Sequence[NamedFlight],
+    limit: Limit | str | None = AUTO,
+    units: Units = BENCH,
+    course: OverDates | None = None,
 ) -> str:
-    """The HTML of calibrated flights, in the reader's units. `limit` as for `judgments`."""
+    """The HTML of calibrated flights, in the reader's units, after the course of their correction
+    over dates. `limit` as for `judgments`.
+    """
     sections = [
         log_section(
             each.name,
@@ -146,7 +156,8 @@ def flights_page(
         for each in flights
     ]
     files = ", ".join(dict.fromkeys(file_name(each.file) for each in flights))
-    return log_page(f"Pitot-static calibration: {files}", sections, units)
+    first = [] if course is None else [over_dates_tree(course)]
+    return log_page(f"Pitot-static calibration: {files}", sections, units, first)
 
 
 def flight_section(

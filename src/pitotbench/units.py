@@ -59,6 +59,7 @@ SUFFIXES: dict[str, Suffix] = {
     "min": Suffix("time", 60.0, "min", "minutes"),
     "pa": Suffix("pressure", 1.0, "Pa", "pascals"),
     "hpa": Suffix("pressure", 100.0, "hPa", "hectopascals"),
+    "kpa": Suffix("pressure", 1000.0, "kPa", "kilopascals"),
     "psi": Suffix("pressure", PSI, "psi", "pounds per square inch"),
     "inhg": Suffix("pressure", INCH_OF_MERCURY, "inHg", "inches of mercury"),
     "psf": Suffix("pressure", PSF, "psf", "pounds per square foot"),

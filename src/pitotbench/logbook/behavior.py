@@ -26,6 +26,8 @@ _CLIMBING = 0.5  # correlation with the change of height above which a vertical 
 _SAME_CLIMB = 0.25  # of the vertical speed; its units differ by a factor of 3 and more
 _HEIGHTS = 250.0  # m between the 5 % and 95 % quantiles of height, over which a lapse shows
 _OF_AIR = re.compile("air|amb|oat|out|sat|static|ta|total")  # in the name of a temperature
+_COUNTED = re.compile("sat(?!.*temp)")  # in the name of what may be a number of satellites
+_MOST_SATELLITES = 60
 _LAPSES = (-15e-3, -1.5e-3)  # K/m: of superadiabatic air at the ground, and under an inversion
 
 
@@ -180,6 +182,8 @@ def _look_at_warmth(guess: Guess, values: Array, movement: Movement) -> Guess:
     """
     rows = np.isfinite(values + movement.height)
     height = movement.height[rows]
+    if _COUNTED.search(guess.theirs.lower()) and _counts(values[rows]):
+        return replace(guess, doubt="is it the air's, or a number of satellites?")
     if len(height) < _FEWEST or np.subtract(*np.quantile(height, [0.95, 0.05])) < _HEIGHTS:
         of_air = _OF_AIR.search(guess.theirs.lower())
         return guess if of_air else replace(guess, doubt="is it the air's, or that of a box?")
@@ -192,6 +196,12 @@ def _look_at_warmth(guess: Guess, values: Array, movement: Movement) -> Guess:
         doubt=f"is it the air's? It changes by {1e3 * slope:+.1f} K in 1,000 m, the air by about "
         "−6.5",
     )
+
+
+def _counts(values: Array) -> bool:
+    """Return whether values are whole numbers such as those of satellites in view."""
+    whole = bool(np.all(values == np.round(values)))
+    return whole and bool(np.all((values >= 0.0) & (values <= _MOST_SATELLITES)))
 
 
 _LOOKS = {

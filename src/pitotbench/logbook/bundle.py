@@ -139,4 +139,6 @@ def logs_in(folder: Path) -> list[Path]:
             if first.match(lead):
                 prefix = first.name.removesuffix(lead.removeprefix("*"))
                 parts |= {first.with_name(p.replace("*", prefix)) for p in (*others, "*PARM.csv")}
+                # A log of a table a topic holds topics that no mapping reads.
+                parts |= {each for each in first.parent.glob(f"{prefix}*.csv") if prefix} - {first}
     return [path for path in files if path not in parts]

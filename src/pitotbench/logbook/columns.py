@@ -215,6 +215,7 @@ CONVERTED = (
     Channel("rad", "gps", 0.0, pi, essential=True, name="longitude"),
     Channel("rad", "inertial", 0.0, 2.0 * pi, wraps=True, name="magnetic_heading"),
     Channel("rad", "inertial", 0.0, pi, name="magnetic_variation"),
+    *(Channel("", "inertial", 0.0, 1.0, name=f"attitude_q{place}") for place in range(4)),
     Channel("", "clock", 0.0, 0.0, essential=True, kind="text", name="clock_time"),
     Channel("", "clock", 0.0, 0.0, kind="text", name="date"),
     Channel("", "clock", 0.0, 0.0, kind="text", name="utc_offset"),

@@ -58,6 +58,7 @@ def derive(draft: Draft, header: dict[str, Any]) -> None:
     _units_by(draft, header)
     _airspeed(draft, header)
     _velocity(draft, header)
+    _attitude(draft)
     _heading(draft)
 
 
@@ -430,6 +431,25 @@ def components(table: Table) -> Table:
     ]
     names, columns = zip(*pairs, strict=True)
     return replace(table, names=names, columns=columns, units=())
+
+
+def _attitude(draft: Draft) -> None:
+    """Form roll, pitch and heading from the quaternion that turns body axes to north, east and down.
+
+    Source: Diebel (2006), Representing Attitude, equation 290.
+    """
+    parts = [draft.channels.pop(f"attitude_q{place}", None) for place in range(4)]
+    w, x, y, z = (np.zeros(0) if part is None else part for part in parts)
+    if any(part is None for part in parts):
+        return
+    angles = {
+        "roll": np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x**2 + y**2)),
+        "pitch": np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
+        "heading": np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2)) % (2.0 * np.pi),
+    }
+    for name, angle in angles.items():
+        if name not in draft.channels:
+            draft.put(name, angle, draft.columns["attitude_q0"], "rad")
 
 
 def _heading(draft: Draft) -> None:

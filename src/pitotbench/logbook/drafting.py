@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
+from functools import partial
 from itertools import islice, product
 
 import numpy as np
@@ -55,7 +56,7 @@ _COUNTED = _SYSTEMS | {"ias", "kias", "cas", "kcas", "airspeed", "aspd"}
 # Words of what is set, wanted or estimated, not measured on the airplane, or of what no log needs.
 _NOT_MEASURED = frozenset((
     "sel", "selected", "target", "cmd", "command", "commanded", "desired", "bug", "setpoint", "error", "err",
-    "sigma", "wind", "wnd", "acc", "accel", "acceleration",
+    "sigma", "max", "min", "innov", "innovation", "innovations", "wind", "wnd", "acc", "accel", "acceleration",
 ))  # fmt: skip
 # Words of a temperature that is that of a box, an engine or a cabin, or of a number of satellites.
 _OF_A_BOX = frozenset((
@@ -63,6 +64,11 @@ _OF_A_BOX = frozenset((
     "battery", "batt", "bat", "engine", "eng", "oil", "cht", "egt", "coolant", "water", "cabin",
     "num", "sats", "nsat", "satellites", "fet",
 ))  # fmt: skip
+_OF_A_PITOT = frozenset(("differential", "diff", "dynamic", "dyn", "total", "pitot", "impact"))
+# Units of what no flight log holds: of a magnetic field, a voltage, a current.
+_OTHER_UNITS = re.compile(
+    r"[(\[ _](µt|μt|ut|mgauss|gauss|mv|volts?|v|ma|mah|amps?|hz|db|dbm)[)\]]?$", re.I
+)
 _BY_PRESSURE = frozenset(("adc", "dadc", "baro", "bc", "press", "pressure"))  # no height by GPS
 _IN_KNOTS = frozenset(("kias", "kcas", "ktas", "ktgs", "kgs"))
 _FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
@@ -121,7 +127,7 @@ def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> li
     are plausible.
     """
     found: list[Guess] = []
-    if _NOT_MEASURED & set(words) or list(words) == ["rate"]:
+    if _NOT_MEASURED & set(words) or list(words) == ["rate"] or _OTHER_UNITS.search(name):
         return found
     for quantity, names in SYNONYMS.items():
         score, sign = _score(words, names.split())
@@ -130,6 +136,8 @@ def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> li
         ):
             continue
         if quantity.endswith("_temperature") and _OF_A_BOX & set(words):
+            continue
+        if quantity == "static_pressure" and _OF_A_PITOT & set(words):
             continue
         if score > 0.0 and quantity == "time":
             score = max(0.0, score + _evenness(values))
@@ -427,9 +435,16 @@ def draft_mapping(table: Table) -> DraftedMapping:
     )
     table = replace(table, columns=tuple(columns))
     stated = table.units or ("",) * len(table.names)
-    offered = list(map(guesses, table.names, stated, table.columns))
+    turns = _quaternions(table)
+    offered = [
+        [Guess(name, turns[name], ("",), _EXACT, True)]
+        if name in turns
+        else guesses(name, unit, column)
+        for name, unit, column in zip(table.names, stated, table.columns, strict=True)
+    ]
     chosen = _without_superseded(table, agreed(table, judged(table, _one_each(offered))))
     lacking = _missing(table, chosen)
+    chosen = _like_the_airspeed(table, chosen)
     fitted, refusal = (chosen, "") if lacking else _fit_units(table, chosen)
     fitted = judged(table, fitted)  # now that more units are known
     by_quantity = {guess.quantity: guess.theirs for guess in fitted}
@@ -480,6 +495,29 @@ def _range_of(column: Column) -> str:
         return f"always {different[0]:g}" if len(different) else "blank"
     step = float(np.min(np.diff(different)))
     return f"{different[0]:g} to {different[-1]:g} in steps of {step:.2g}"
+
+
+_PART_OF_FOUR = re.compile(r"(.*?)[\[(_.]?([0-3]|[wxyz])[\])]?")
+_UNIT_LENGTH = 0.01  # by which the sum of the squares of a quaternion differs from one
+
+
+def _quaternions(table: Table) -> dict[str, str]:
+    """Return the columns that are the four parts of a quaternion, with our names: of one name with
+    four numbers or letters, their squares add up to one.
+    """
+    stems: dict[str, dict[int, str]] = {}
+    for name in table.names:
+        if found := _PART_OF_FOUR.fullmatch(name.lower()):
+            place = "0123".find(found[2]) if found[2].isdigit() else "wxyz".find(found[2])
+            stems.setdefault(found[1], {})[place] = name
+    turns: dict[str, str] = {}
+    for parts in (each for each in stems.values() if len(each) == 4):
+        columns = [table.column(parts[place]) for place in range(4)]
+        if all(column.dtype.kind == "f" for column in columns):
+            length = np.nanmedian(np.abs(np.sum(np.square(columns), axis=0) - 1.0))
+            close = bool(length < _UNIT_LENGTH)
+            turns |= {parts[p]: f"attitude_q{p}" for p in range(4)} if close else {}
+    return turns
 
 
 def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
@@ -557,6 +595,27 @@ def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
         for column in zip(*([g.units[0] for g in each] for each in as_good), strict=True)
     ]
     return [replace(g, units=tuple(units)) for g, units in zip(best[0], possible, strict=True)], ""
+
+
+def _like_the_airspeed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
+    """Return the guesses with the units of a ground speed in the order in which they come near the
+    airspeed, whose unit is known.
+    """
+    known = [g for g in chosen if g.quantity.endswith("_airspeed") and len(g.units) == 1]
+    if not known:
+        return list(chosen)
+    airspeed = float(np.nanmedian(known[0].values(table)))
+
+    def apart(guess: Guess, unit: str) -> float:
+        speed = float(np.nanmedian(np.abs(replace(guess, units=(unit,)).values(table))))
+        return abs(float(np.log(max(speed, 1e-6) / max(airspeed, 1e-6))))
+
+    return [
+        replace(g, units=tuple(sorted(g.units, key=partial(apart, g))))
+        if g.quantity == "ground_speed" and len(g.units) > 1
+        else g
+        for g in chosen
+    ]
 
 
 _TIED = {"velocity_east": "velocity_north", "longitude": "latitude"}
@@ -651,7 +710,9 @@ def _question(guess: Guess, rivals: Sequence[str], by_quantity: Mapping[str, str
         ).rstrip()
     if guess.doubt:
         return guess.doubt
-    if guess.score < _SURE:
+    if guess.score < _SURE or (
+        len(guess.theirs) == 1 and guess.quantity != "time" and not guess.stated
+    ):
         return f"is this the {guess.quantity.replace('_', ' ')}?"
     if rivals:
         return f"or is it {' or '.join(map(repr, rivals[:3]))}?"

@@ -146,8 +146,9 @@ def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
         found.append(next((file for file in files if file.is_file()), None))
         if found[-1] is None and not entry.optional:
             raise BadInputError(
-                f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there: "
-                "copy it there from the same flight"
+                f"the mapping needs {' or '.join(repr(file.name) for file in files)} in the folder "
+                f"of {lead!r}, and it is not there: give the recorder's own file (.ulg, .bin), or "
+                "write all of its topics into that folder"
             )
     return found
 

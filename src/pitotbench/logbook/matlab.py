@@ -15,9 +15,10 @@ from typing import Any, cast
 import numpy as np
 import tomli_w
 
-from pitotbench.logbook.columns import Column, Table, parse_header
+from pitotbench.logbook.columns import QUANTITIES, Column, Table, parse_header, plain_name
 from pitotbench.logbook.damage import AGAIN, require_unpackable
 from pitotbench.logbook.hdf5 import is_hdf5, load_hdf5
+from pitotbench.logbook.synonyms import SYNONYMS
 from pitotbench.records import BadInputError
 
 _HEADER = "header"
@@ -40,6 +41,7 @@ pickle.dump(loadmat(sys.argv[1], simplify_cells=True), sys.stdout.buffer)
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
 _RATES = ("rate", "samplerate", "sample_rate", "fs")  # its samples a second
 _ROUNDING = 1e-6  # of a sample
+_CLOCKS = {*SYNONYMS["time"].split(), *(f"time{suffix}" for suffix in QUANTITIES["time"].suffixes)}
 
 
 def read_mat(path: Path) -> Table:
@@ -50,7 +52,7 @@ def read_mat(path: Path) -> Table:
     field `data` (and `units`, `Rate`) is one channel; channels of several rates come at the middle
     one of these. Single numbers and texts beside the vectors are left
     out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of
-    different lengths.
+    different lengths of which the most frequent has no time.
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
@@ -79,14 +81,33 @@ def read_mat(path: Path) -> Table:
     vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
     if len({len(column) for column, _ in vectors.values()}) > 1:
         vectors = _on_one_clock(vectors, variables)
-    lengths = {
-        len(column): name for name, (column, _) in reversed(vectors.items())
-    }  # the first name of each
-    if len(lengths) > 1:
-        listing = ", ".join(f"{name} {length}" for length, name in reversed(lengths.items()))
-        raise BadInputError(f"the variables differ in length ({listing}); keep one row a sample")
+    vectors, others = _of_the_clock(vectors)
+    warnings += others
     columns, units = zip(*vectors.values(), strict=True) if vectors else ((), ())
     return Table(tuple(vectors), columns, header, tuple(warnings), units if any(units) else ())
+
+
+def _of_the_clock(
+    vectors: dict[str, tuple[Column, str]],
+) -> tuple[dict[str, tuple[Column, str]], list[str]]:
+    """Return the vectors of the most frequent length and a remark that names the others: what
+    another box recorded at a rate of its own. Raises BadInputError where none of them is a time.
+    """
+    names: dict[int, list[str]] = {}
+    for name, (column, _) in vectors.items():
+        names.setdefault(len(column), []).append(name)
+    if len(names) < 2:
+        return vectors, []
+    length = max(names, key=lambda each: len(names[each]))
+    if not any(plain_name(name).replace(" ", "") in _CLOCKS for name in names[length]):
+        listing = ", ".join(f"{some[0]} {each}" for each, some in names.items())
+        raise BadInputError(
+            f"the variables differ in length ({listing}), and none of the {len(names[length])} of "
+            f"{length} is a time: save one time with a row a sample of the air data"
+        )
+    left = [name for name in vectors if name not in names[length]]
+    note = f"variables of another length than the time are left out: {', '.join(left)}"
+    return {name: vectors[name] for name in names[length]}, [note]
 
 
 def _on_one_clock(

@@ -18,7 +18,7 @@ SYNONYMS: dict[str, str] = {
     "zeit uhrzeit temps heure tiempo hora millis lcltime logtime systemtime elapsed boottime "
     "simtime simt totltime",
     "date": "date localdate lcldate utcdate day datum fecha",
-    "impact_pressure": "impactpressure qc qci qcic qcx qrvsm dynamicpressure dynpress "
+    "impact_pressure": "impactpressure pd qc qci qcic qcx qrvsm dynamicpressure dynpress "
     "differentialpressure "
     "diffpress diffpres diffpressure deltapressure deltap pitotdp dp pdiff pdyn q "
     "pitotpressure qcr "
@@ -117,6 +117,7 @@ _SPELLINGS: dict[str, str] = {
     "ms": "msec millis",
     "pa": "pascal n/m2 n/m^2",
     "hpa": "mb mbar millibar millibars",
+    "kpa": "kilopascal",
     "psi": "psia psid lb/in2 lbf/in2",
     "inhg": "in.hg inchhg hg inch inches",
     "psf": "lb/ft2 lbf/ft2 lbs_sqft",
@@ -156,7 +157,6 @@ SCALED: dict[
     "mm/s": ("mps", 1e-3),
     "cm": ("m", 0.01),
     "mm": ("m", 1e-3),
-    "kpa": ("pa", 1e3),
     "1e-2deg": ("deg", 0.01),
     "cdeg": ("deg", 0.01),
 }
@@ -164,9 +164,9 @@ SCALED: dict[
 # Where a name does not say its unit: what the field writes, the most usual first.
 USUAL_UNITS: dict[str, tuple[str, ...]] = {
     "time": ("s", "ms"),
-    "impact_pressure": ("pa", "hpa", "psi", "psf", "inhg"),
-    "total_pressure": ("pa", "hpa", "psi", "psf", "inhg"),
-    "static_pressure": ("pa", "hpa", "psi", "psf", "inhg"),
+    "impact_pressure": ("pa", "hpa", "kpa", "psi", "psf", "inhg"),
+    "total_pressure": ("pa", "hpa", "kpa", "psi", "psf", "inhg"),
+    "static_pressure": ("pa", "hpa", "kpa", "psi", "psf", "inhg"),
     "altimeter_setting": ("inhg", "hpa"),
     "indicated_airspeed": ("kt", "mps", "mph", "kmh"),
     "calibrated_airspeed": ("kt", "mps", "mph", "kmh"),
@@ -185,6 +185,7 @@ USUAL_UNITS: dict[str, tuple[str, ...]] = {
 }
 # What a drone writes as whole numbers where no usual unit fits: the unit, and their size in it.
 AS_INTEGERS: dict[str, tuple[str, float]] = {
+    "time": ("s", 1e-6),
     "indicated_airspeed": ("mps", 0.01),
     "ground_speed": ("mps", 0.01),
     "latitude": ("deg", 1e-7),

@@ -15,7 +15,7 @@ from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.estimation.noise import Intervals, robust_deviation
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.records import BadInputError
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import OF_FIXES, FlightLog
 from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import (
     DEGREE,
@@ -206,7 +206,8 @@ class Observations:
     `probe_temperature` [K] is total (`probe_heating` = 0.2 r) or of the air (`probe_heating` = 0).
     `stretch` numbers the stretches between pauses, and `fresh` marks new GPS samples. `held_*` are
     the velocities as logged and `velocity_*` those at the time of the air data. `used` (rows of the
-    log,) marks the used rows. `standard_day` states that the log has no temperature.
+    log,) marks the used rows. `standard_day` states that the log has no temperature, and `of_fixes`
+    that its velocity comes from positions.
     """
 
     time: Seconds
@@ -229,6 +230,7 @@ class Observations:
     parts: UsableParts  # of the log, over its rows, and those that all limits leave
     usable: UsableParts
     acceleration: Array  # m/s² over the ground toward north and east, (n, 2)
+    of_fixes: bool = False
     heading: Array | None = None  # rad, as logged
 
     def __len__(self) -> int:
@@ -321,6 +323,7 @@ def observe(
             used[between]
         ],
         heading=None if log.heading is None else log.heading[used],
+        of_fixes=OF_FIXES in log.header,
     )
 
 

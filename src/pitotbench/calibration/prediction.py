@@ -543,12 +543,13 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
 def _smoothing(options: CalibrationOptions, obs: Observations) -> float:
     """The prior of the square of the receiver's time constant [s²].
 
-    A mean over T, and a velocity that is the difference of two fixes, is a smoothing of T²/12; a
-    filter of first order is one of the square of its latency.
+    A mean over T is a smoothing of T²/12, and a filter of first order one of the square of its
+    latency. A velocity from positions is no mean: it was formed along their arcs.
     """
     own = priors_of(options.priors).receiver_smoothing_s2
     apart = float(np.median(np.diff(obs.time[obs.fresh]))) if obs.fresh.sum() > 1 else 0.0
-    return (own + apart**2 / 12.0 + options.gps_latency**2) * (own > 0.0)
+    mean = 0.0 if obs.of_fixes else apart**2 / 12.0
+    return (own + mean + options.gps_latency**2) * (own > 0.0)
 
 
 def with_filter(

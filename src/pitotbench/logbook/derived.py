@@ -13,6 +13,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.logbook.columns import (
@@ -29,7 +30,15 @@ from pitotbench.logbook.columns import (
 )
 from pitotbench.logbook.draft import Draft
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
-from pitotbench.records.log import GUESSED, NAMED, PRESSURE, UNITS_BY, UNITS_OF_A_LOG, Caution
+from pitotbench.records.log import (
+    GUESSED,
+    NAMED,
+    OF_FIXES,
+    PRESSURE,
+    UNITS_BY,
+    UNITS_OF_A_LOG,
+    Caution,
+)
 from pitotbench.units import Array, Booleans, Seconds, from_si, to_si
 
 # 2σ of a value known to one step, in steps.
@@ -318,6 +327,8 @@ def _show_velocity(
 _HALF_BASE = 0.5  # s to either side between which positions are differenced, or to the next fix
 _EVEN = 0.05  # of the usual step: an even clock keeps to it so nearly
 _FEW_ODD = 0.01  # of the steps, that may be farther off
+_ARC_PASSES = 3  # the wind comes from the arcs, and the arcs from the wind
+_FAR_OFF = 5.0  # times the median of what is left: such a row is faulty
 _PAUSE = 4.0  # usual steps of a clock that is not even: a longer one is a pause
 
 
@@ -363,22 +374,79 @@ def _velocity_from_position(
         _EQUATOR * np.cos(phi) / np.sqrt(bent),
     )
     turn = np.unwrap(longitude[rows])
-    north = meridian * (phi[after] - phi[before]) / base
-    east = parallel * (turn[after] - turn[before]) / base
+    chords = np.stack(
+        [meridian * (phi[after] - phi[before]), parallel * (turn[after] - turn[before])]
+    )
+    (north, east), (speed, heading) = _along_arcs(draft, rows, chords / base, base)
     last = np.searchsorted(rows, np.arange(len(time)), side="right") - 1
     for name, values in (("velocity_north", north), ("velocity_east", east)):
         held = np.where(last >= 0, values[np.maximum(last, 0)], np.nan)
         draft.put(name, held, draft.columns["latitude"], "mps")
     if "gps_fresh" not in draft.channels:
         draft.put("gps_fresh", np.isin(np.arange(len(time)), rows), draft.columns["latitude"])
-    noise = max(_noise(north, 2 * reach), _noise(east, 2 * reach))
+    # Through the air, where a circle is a steady speed and a steady turn.
+    across = float(np.nanmedian(speed)) * heading
+    noise = max(_noise(speed, 2 * reach), _noise(across, 2 * reach))
     draft.warnings.append(
         f"the ground velocity is formed from {draft.columns['latitude']!r} and "
         f"{draft.columns['longitude']!r} over "
-        f"{float(np.nanmedian(base)):.2g} s: ±{2.0 * noise:.2g} m/s of noise (2σ)"
+        f"{float(np.nanmedian(base)):.2g} s, along arcs in turns: ±{2.0 * noise:.2g} m/s of noise (2σ)"
     )
+    header[OF_FIXES] = float(np.nanmedian(base))
     receiver = USUAL_ACCURACIES["velocity_mps"]
     _state_accuracy(header, "velocity_mps", float(np.hypot(receiver, 2.0 * noise)))
+
+
+def _along_arcs(
+    draft: Draft, rows: NDArray[np.intp], chords: Array, base: Seconds
+) -> tuple[Array, Array]:
+    """Return the velocities (2, k) [m/s] along the arcs of which fixes in `rows` (k,) give the
+    chords over `base` [s], and speed and heading through the air, (2, k) [m/s, rad].
+
+    A chord is shorter than its arc by sin(θ/2)/(θ/2), with θ the turn *through the air* in the
+    time between: over the ground a wind makes the same circle tight here and wide there.
+    """
+    arcs, time, heading = chords, draft.channels["time"][rows], np.full(len(rows), np.nan)
+    for _ in range(_ARC_PASSES):
+        wind = _wind_among(draft, rows, arcs)
+        north, east = arcs - wind
+        known = np.isfinite(north)
+        heading[known] = np.unwrap(np.arctan2(east, north)[known])
+        ahead, behind = (
+            np.interp(time + at * base, time[known], heading[known]) for at in (0.5, -0.5)
+        )
+        arcs = wind + (chords - wind) / np.sinc(0.5 * (ahead - behind) / np.pi)
+    return arcs, np.stack([np.hypot(*(arcs - wind)), heading])
+
+
+def _wind_among(draft: Draft, rows: NDArray[np.intp], velocity: Array) -> Array:
+    """Return the wind toward north and east, (2, 1) [m/s], around which velocities (2, k) of `rows`
+    lie on circles of the airspeed, whatever factor that has; none where the log does not tell.
+
+    |g|² = 2 g·W − |W|² + s V², linear in W, |W|² and s (Kåsa, IEEE Transactions on Instrumentation
+    and Measurement 25, 1976).
+    """
+    none = np.zeros((2, 1))
+    air_data = [draft.channels.get(name) for name in ("impact_pressure", "static_pressure")]
+    if air_data[0] is None or air_data[1] is None:
+        return none
+    impact, static = (np.asarray(each)[rows] for each in air_data)
+    squared = (
+        air.true_airspeed(
+            np.maximum(impact, 0.0), np.maximum(static, 1.0), air.SEA_LEVEL_TEMPERATURE
+        )
+        ** 2
+    )
+    columns = np.stack([2.0 * velocity[0], 2.0 * velocity[1], -np.ones(len(rows)), squared], axis=1)
+    response = np.sum(velocity**2, axis=0)
+    good = np.isfinite(columns).all(axis=1) & np.isfinite(response) & (impact > 0.0)
+    for _ in range(_ARC_PASSES):  # faulty rows are not among the good ones of the next pass
+        if np.count_nonzero(good) < _FEWEST_FIXES:
+            return none
+        found = np.linalg.lstsq(columns[good], response[good])[0]
+        left = np.abs(response - columns @ found)
+        good &= left < _FAR_OFF * np.median(left[good])
+    return np.asarray(found[:2, None])
 
 
 def _noise(velocity: Array, spacing: int) -> float:

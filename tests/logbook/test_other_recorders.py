@@ -11,10 +11,11 @@ from scipy.spatial.transform import Rotation
 from tests.logbook import sample_log as sample
 from tests.shared_data import shared_case
 
-from pitotbench import BadInputError, calibrate, read_log
+from pitotbench import BadInputError, air, calibrate, read_log
 from pitotbench.logbook.columns import Table
 from pitotbench.logbook.drafting import draft_mapping
 from pitotbench.logbook.matlab import read_mat
+from pitotbench.units import KNOT
 
 
 def holds(found, factor, speed, direction):
@@ -107,3 +108,23 @@ def test_a_ground_speed_is_in_the_unit_of_the_airspeed_beside_it():
     lines = {line.guess.theirs: line for line in draft_mapping(table).lines}
     assert lines["groundspeed"].guess.target() == "ground_speed_mps"
     assert lines["groundspeed"].question  # the file does not say so
+
+
+def test_mode_s_holds_its_temperature_and_a_row_counts_where_its_value_is_new():
+    """TAS and Mach make the air 8 K warmer than the standard day; the airspeed is 3 kt low."""
+    path = shared_case("30-mode-s-held-values.csv.gz")
+    log = read_log(path)
+    assert np.all(np.diff(log.impact_pressure) != 0.0)
+    height = air.pressure_altitude(log.static_pressure)
+    departure = log.air_temperature - air.standard_temperature(height)
+    assert np.median(departure) == pytest.approx(8.0, abs=0.5)
+    curve = calibrate(log).curve
+    assert np.all(np.abs(curve.correction - 3.0 * KNOT) <= curve.two_sigma)
+    assert np.all(curve.two_sigma < 3.0 * KNOT)
+
+
+def test_an_airspeed_that_is_stuck_in_most_rows_is_still_refused(tmp_path):
+    table = sample.columns()
+    table["impact_pressure_pa"][100:] = table["impact_pressure_pa"][100]
+    with pytest.raises(BadInputError, match=r"stands still|stuck|died|dead|stops"):
+        read_log(sample.write(tmp_path / "log.csv", table))

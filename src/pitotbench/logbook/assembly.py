@@ -2,9 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 
-import numpy as np
-
-from pitotbench.logbook.checks import CHECKS, CLOCK_CHECKS
+from pitotbench.logbook.checks import CHECKS, CLOCK_CHECKS, keep_new_airspeeds
 from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings
 from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import Draft, draft_of, require
@@ -54,21 +52,6 @@ def _moment(flag: str, text: str) -> float:
 
 
 _HOLDS = "mode_s"  # the mapping of tables that repeat each value until the next answer
-_MOST_NEW = 0.5  # of the rows: above it hardly any value is repeated
-
-
-def _keep_new_airspeeds(draft: Draft) -> None:
-    """Drop the rows that repeat an airspeed, which is up to half a minute old there, while the GPS
-    velocity beside it is of the row.
-    """
-    repeated = np.diff(draft.channels["impact_pressure"], prepend=np.nan) == 0.0
-    if 1.0 - float(np.mean(repeated)) < _MOST_NEW:
-        draft.drop(
-            repeated,
-            f"column {draft.columns['impact_pressure']!r} repeats each value until the next answer "
-            f"comes: the {int(np.count_nonzero(~repeated))} of {len(repeated)} rows with a new one "
-            "are used",
-        )
 
 
 def log_of(
@@ -89,7 +72,7 @@ def log_of(
     for check in (each for each in CHECKS if each not in unasked):
         check(draft)
     if header.get(MAPPING) == _HOLDS:
-        _keep_new_airspeeds(draft)
+        keep_new_airspeeds(draft)
     warnings = [*earlier_warnings(header), *draft.warnings]
     header.pop(WARNINGS, None)
     if warnings:

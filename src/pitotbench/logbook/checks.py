@@ -238,6 +238,8 @@ def check_stuck(draft: Draft) -> None:
         if (rows := found & ~idle).any()
     ]
     words = "; ".join(sentences)
+    if bad.mean() > _MOST_STUCK and keep_new_airspeeds(draft):
+        return
     if bad.mean() > _MOST_STUCK:
         raise BadInputError(
             f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again"
@@ -245,6 +247,28 @@ def check_stuck(draft: Draft) -> None:
     if words:
         draft.warnings.append(f"{words}: those rows are dropped")
     draft.keep(~bad)
+
+
+_LONGEST_HELD = 0.05  # share of the rows that one value may fill
+_FEWEST_NEW = 30  # new values: a sensor that is stuck in most rows has few
+
+
+def keep_new_airspeeds(draft: Draft) -> bool:
+    """Drop the rows that repeat an airspeed which comes at long intervals, as that of Mode S or of
+    a slow bus, while the GPS velocity beside it is of the row. Return whether it is so.
+    """
+    repeated = np.diff(draft.channels["impact_pressure"], prepend=np.nan) == 0.0
+    count = int(np.count_nonzero(~repeated))
+    longest = int(np.max(np.diff(np.flatnonzero(np.append(~repeated, True)))))
+    sparse = _FEWEST_NEW <= count <= _MOST_STUCK * len(repeated)
+    if not sparse or longest > _LONGEST_HELD * len(repeated):
+        return False
+    draft.drop(
+        repeated,
+        f"column {draft.columns['impact_pressure']!r} repeats each value until the next answer "
+        f"comes: the {count} of {len(repeated)} rows with a new one are used",
+    )
+    return True
 
 
 def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:

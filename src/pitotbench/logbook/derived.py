@@ -49,6 +49,9 @@ _ECCENTRICITY_SQUARED = 0.00669437999  # likewise
 _FEWEST_FIXES = 16
 MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
+_SLOWEST_MACH = 0.1  # below it the steps of a Mach number are too coarse
+_FAR = 5.0  # median departures from the usual one
+_CLIMBED = 6.5  # K of the standard day, a kilometer
 _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
 
 
@@ -65,6 +68,7 @@ def derive(draft: Draft, header: dict[str, Any]) -> None:
 
         take_day(draft, str(header[DAY]), header)
     _units_by(draft, header)
+    _temperature(draft, header)
     _airspeed(draft, header)
     _velocity(draft, header)
     _attitude(draft)
@@ -127,6 +131,52 @@ def _from_start(seconds: Seconds, header: dict[str, Any]) -> Seconds:
 def _counts_from_1970(seconds: Seconds) -> bool:
     known = seconds[np.isfinite(seconds)]
     return len(known) > 0 and _SINCE_1970[0] < float(known[0]) < _SINCE_1970[1]
+
+
+def _temperature(draft: Draft, header: dict[str, Any]) -> None:
+    """Form the air's temperature from the true airspeed and the Mach number of one computer, where
+    the log holds no temperature: their ratio is the speed of sound.
+
+    Both come in steps, and at moments of their own. Their temperature is that of the standard day
+    and a departure, which is linear in height where the log climbs. Without a Mach number a
+    calibrated airspeed gives it.
+    """
+    c = draft.channels
+    static, fast = c.get("static_pressure"), c.get("true_airspeed")
+    if static is None or fast is None or {"air_temperature", "total_temperature"} & set(c):
+        return
+    mach = c.get("mach")
+    if mach is None and (shown := c.get("calibrated_airspeed")) is not None:
+        impact = air.impact_pressure(np.maximum(shown, 0.0))
+        mach = np.asarray(air.mach_from_impact_pressure(impact, static))
+    if mach is None:
+        return
+    standard = air.standard_temperature(air.pressure_altitude(static))
+    with np.errstate(all="ignore"):
+        excess = np.square(fast / mach / air.sound_speed(1.0)) - standard
+    new = np.isfinite(excess) & (np.diff(excess, prepend=np.nan) != 0.0) & (mach > _SLOWEST_MACH)
+    if int(new.sum()) < _FEWEST_FIXES:
+        return
+    departure = float(np.median(excess[new]))
+    near = new & (np.abs(excess - departure) < _FAR * np.median(np.abs(excess[new] - departure)))
+    height = np.nan_to_num(standard - np.nanmedian(standard))
+    slope, level = (
+        np.polyfit(height[near], excess[near], 1) if np.ptp(height) > _CLIMBED else (0.0, departure)
+    )
+    spread = 2.0 * float(np.std(excess[near]) / np.sqrt(near.sum()))
+    source = "mach" if "mach" in c else "calibrated_airspeed"
+    draft.put(
+        "air_temperature",
+        np.asarray(standard + level + slope * height),
+        draft.columns["true_airspeed"],
+        "k",
+    )
+    draft.warnings.append(
+        f"the air's temperature is that of {draft.columns['true_airspeed']!r} and "
+        f"{draft.columns[source]!r}: {level:+.1f} K from a standard day, ±{spread:.1f} K (2σ)"
+    )
+    if spread > USUAL_ACCURACIES["temperature_k"]:
+        _state_accuracy(header, "temperature_k", spread)
 
 
 # What stands for the impact pressure where the log does not hold it, the nearest to the sensor

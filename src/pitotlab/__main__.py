@@ -20,6 +20,7 @@ COMMANDS = {
     "reference": "pitotlab.reference_figures:command",
     "peers": "pitotlab.peers:command",
     "real": "pitotlab.real_logs:command",
+    "gallery": "pitotlab.gallery:command",
     "outside": "pitotlab.outside.judge:command",
     "outside write": "pitotlab.outside.written:command",
     "outside judge": "pitotlab.outside.builds:judge_command",

@@ -108,7 +108,7 @@ def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuve
     print_tree(account_tree(outcome.account), Console(highlight=False, soft_wrap=True))
 
 
-def _answer(log: FlightLog, **choices: Any) -> Calibration | str:
+def answer_of(log: FlightLog, **choices: Any) -> Calibration | str:
     """The answer of the command for a log, or why there is none."""
     mapping = log.header.get("mapping")
     advised = dict(find_mapping(mapping).calibrate) if mapping else {}
@@ -123,10 +123,10 @@ def _consistent(path: Path) -> None:
     began, log = time.process_time(), read_log(path)
     half = len(log) // 2
     answers = {
-        "whole": _answer(log),
-        "no height": _answer(log, use_altitude=False),
-        "first half": _answer(log.select(np.arange(half))),
-        "second half": _answer(log.select(np.arange(half, len(log)))),
+        "whole": answer_of(log),
+        "no height": answer_of(log, use_altitude=False),
+        "first half": answer_of(log.select(np.arange(half))),
+        "second half": answer_of(log.select(np.arange(half, len(log)))),
     }
     spent = time.process_time() - began
     print(f"{path.name}: {len(log):,} rows, {spent:.1f} CPU s for four answers")
@@ -202,12 +202,12 @@ Glider = tuple[FlightLog, Calibration | str]
 
 def _against_sonde(folder: Path, name: str) -> Glider:
     began, log = time.process_time(), read_log(folder / f"{name}.igc.gz")
-    found = _answer(log)
+    found = answer_of(log)
     seconds = time.process_time() - began
     if isinstance(found, str):
         print(f"{name}: {found}")
         return log, found
-    sonde = _sonde(folder / f"{name.partition('-')[0]}-sounding.txt.gz")
+    sonde = read_sonde(folder / f"{name.partition('-')[0]}-sounding.txt.gz")
     known = [w for w in found.winds if max(w.north.two_sigma, w.east.two_sigma) <= KNOWN * KNOT]
     inside = 0
     for window in known:
@@ -281,7 +281,7 @@ def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
     print(f"  curves: at most {_difference(found.curve, also.curve):.2f} of the joined 2σ apart")
 
 
-def _sonde(path: Path) -> Sonde:
+def read_sonde(path: Path) -> Sonde:
     """Read a sounding."""
     rows = []
     with gzip.open(path, "rt", errors="replace") as file:
@@ -306,7 +306,7 @@ def _against_balloon(path: Path, name: str) -> None:
         count = int(np.searchsorted(high - low, ONE_HEADING))
         longest = max(longest, range(first, first + count), key=len)
     part = log.select(np.arange(longest.start, longest.stop))
-    found = _answer(replace(part, header={**part.header, "mapping": "jmoss"}))
+    found = answer_of(replace(part, header={**part.header, "mapping": "jmoss"}))
     if isinstance(found, str):
         print(f"{name} on one heading: {found}")
         return

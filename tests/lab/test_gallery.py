@@ -1,0 +1,27 @@
+"""The gallery holds answers of real logs against their truths as it says."""
+
+import numpy as np
+import pytest
+
+from pitotlab import gallery
+from pitotlab.gallery import Held
+
+
+def held(off: float) -> Held:
+    at = np.array([80.0, 100.0, 120.0])
+    truth, ones = np.array([1.0, 2.0, 3.0]), np.ones(3)
+    found = truth + np.array([0.0, 0.0, off])
+    return Held(at, found, 0.6 * ones, truth, 0.8 * ones, "speed [kt]", "")
+
+
+@pytest.mark.parametrize(("off", "says"), [(0.99, "**Inside**"), (-1.01, "**Outside** at 1 of 3")])
+def test_a_truth_outside_both_bounds_stands_as_outside(off, says):
+    told = gallery._verdict(held(off))
+    assert told.startswith(says)
+    if off < 0.0:
+        assert "farthest at 120 (speed [kt]): +2.0 ± 0.6, where the truth is +3.0 ± 0.8" in told
+
+
+def test_an_absent_log_is_named(tmp_path):
+    lines = list(gallery._section(gallery.ENTRIES[0], tmp_path, draw=False))
+    assert lines[-1] == f"Left out: {gallery.ENTRIES[0].path} is not in the folder of logs."

@@ -25,10 +25,12 @@ from pitotbench.campaigns.flights import compare_curve, compare_wind, scored
 from pitotbench.logbook.columns import atomic
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import Case, PressureErrorSpec, Wind
+from pitotbench.records.flight import Flight
 from pitotbench.units import KNOT, Array
 
 OUT = Path("out", "lab")  # where measurements are written unless told otherwise
 Row = dict[str, object]
+WALK_TIME = 600.0  # s
 _SEEDS_A_ROUND = 2  # the rows are saved and the time is checked after this many seeds of every cell
 
 
@@ -162,6 +164,22 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
     }
     asked = [table[column].isin(list(values)) for column, values in wanted.items()]
     return table[np.all(asked, axis=0)]
+
+
+def in_walking_wind(flight: Flight, rms: float, seed: int) -> tuple[Flight, Array]:
+    """Return the flight in a wind that changes as a random walk, and the mean change north and east
+    [m/s].
+
+    `rms` is the change after ten minutes [m/s]. The airplane flies relative to the air, so its ground
+    velocity changes with the wind.
+    """
+    elapsed = flight["time"] - flight["time"][0]
+    steps = np.random.default_rng([seed, 79]).standard_normal((2, int(elapsed[-1]) + 2))
+    walk = np.cumsum(steps, axis=1) * rms / np.sqrt(2.0 * WALK_TIME)
+    change = np.stack([np.interp(elapsed, np.arange(walk.shape[1]), part) for part in walk])
+    names = ("velocity_north", "velocity_east")
+    moved = {name: flight[name] + part for name, part in zip(names, change, strict=True)}
+    return replace(flight, channels={**flight.channels, **moved}), change.mean(axis=1)
 
 
 def compared(found: Calibration, truth: PressureErrorSpec, wind: Array) -> Row:

@@ -26,6 +26,7 @@ from pitotbench.show.columns import Column, Row, shown_columns
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import from_si
+from pitotlab.study.rules import RULES
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -137,6 +138,18 @@ def python_rows() -> Rows:
         yield [f"`{name}`", re.split(r"(?<=[.;:])\s", line)[0].rstrip(";:.") + "."]
 
 
+def claim_rows() -> Rows:
+    """Yield a row for each claim of the paper: its words, what is measured, and the bands."""
+    for rule in RULES.values():
+        yield [
+            rule.number,
+            f"{rule.words} ({rule.where})",
+            rule.quantity,
+            rule.reproduced,
+            rule.in_part or "–",
+        ]
+
+
 # Page and heading line of each table, and its rows.
 TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
     ("effects.md", "| best shown by | what to fly | maneuvers |"): excitation_rows,
@@ -149,6 +162,7 @@ TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
     ("case.md", "| maneuver | entries and defaults |"): card_rows,
     ("contract.md", "| command | arguments | flags |"): command_rows,
     ("contract.md", "| name | what it is |"): python_rows,
+    ("claims.md", "| claim | the paper | measured | reproduced | in part |"): claim_rows,
     ("method.md", "| prior | usual value | unit | usual range | why |"): prior_rows,
 }
 

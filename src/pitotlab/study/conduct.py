@@ -19,7 +19,7 @@ from pitotlab.study.claims import CLAIMS
 from pitotlab.study.content import study_page_of
 from pitotlab.study.measures import Measured, measure_sortie
 from pitotlab.study.questions import Finding
-from pitotlab.study.reductions import Sortie, claim_sorties
+from pitotlab.study.reductions import SETTINGS, Sortie, claim_sorties
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES, StudyTables
 
@@ -27,16 +27,18 @@ EXPLAINED = 5  # one of this many seeds also flies the rare settings and the swe
 _NAMED = 5  # failures that are printed in full
 
 
-def plan_sorties(seeds: int, sweeps: bool = True) -> list[Sortie]:
-    """Return the sorties of seeds 1 to `seeds`, the longest first.
+def plan_sorties(
+    seeds: int, sweeps: bool = True, first: int = 1, settings: Sequence[str] = tuple(SETTINGS)
+) -> list[Sortie]:
+    """Return the sorties of `seeds` seeds from `first` on in some settings, the longest first.
 
     All seeds fly the sorties of the claims. A fifth of them also fly the experiments that explain
     and, with `sweeps`, the sweeps.
     """
     flown: list[Sortie] = []
-    for seed in range(1, seeds + 1):
-        rare = seed <= -(-seeds // EXPLAINED)
-        asked = claim_sorties(seed, rare)
+    for seed in range(first, first + seeds):
+        rare = seed - first < -(-seeds // EXPLAINED)
+        asked = [s for s in claim_sorties(seed, rare, seed == first) if s.setting in settings]
         if rare and sweeps:
             flown += [_swept(sortie) for sortie in asked]
             flown += [extra for sweep in SWEEPS.values() for extra in sweep.sorties(seed)]
@@ -56,19 +58,21 @@ def _swept(sortie: Sortie) -> Sortie:
 
 @dataclass(frozen=True, slots=True)
 class StudyRequest:
-    """The request for a study: its seeds (1 to `seeds`, of truth and sensors), its folders, its
-    processes.
+    """The request for a study: its seeds (`seeds` from `first` on, of truth and sensors), the settings
+    that are flown, its folders, its processes.
 
-    `sweeps`: answer the open questions of the paper as well. `tables`: the folder `out` of an
-    earlier run, whose tables are used instead of new flights.
+    `sweeps`: answer the open questions of the paper as well. `tables`: the folders `out` of earlier
+    runs, whose tables are joined and used instead of new flights.
     """
 
     seeds: int = 1
+    first: int = 1
+    settings: str = ",".join(SETTINGS)
     sweeps: bool = True
     out: Path = Path("out/study")
     jobs: int | None = None
     scheduler: str | None = None
-    tables: Path | None = None
+    tables: Sequence[Path] = ()
 
     def __post_init__(self) -> None:
         if self.seeds < 1 or (self.jobs is not None and self.jobs < 1):
@@ -92,9 +96,12 @@ def run_study(request: StudyRequest) -> StudyResult:
     The same seeds give the same numbers on any number of processes. Raises BadInputError for a
     request that makes no sense, NoAnswerError where nothing could be flown.
     """
-    if request.tables is not None:
+    if request.tables:
         return _answered(request, _read(request.tables))
-    sorties = plan_sorties(request.seeds, request.sweeps)
+    settings = request.settings.split(",")
+    for name in settings:
+        SETTINGS[name]  # raises for an unknown name
+    sorties = plan_sorties(request.seeds, request.sweeps, request.first, settings)
     measured = fly_sorties(sorties, request.jobs, request.scheduler)
     failures = tuple(text for done in measured for text in done.failures)
     if not any(done.fits for done in measured):
@@ -116,10 +123,13 @@ def fly_sorties(
     ]
 
 
-def _read(folder: Path) -> StudyTables:
-    """Return the tables of an earlier run."""
+def _read(folders: Sequence[Path]) -> StudyTables:
+    """Return the tables of earlier runs, joined."""
     try:
-        tables = {name: pd.read_parquet(folder / f"{name}.parquet") for name in TABLES}
+        tables = {
+            name: pd.concat([pd.read_parquet(each / f"{name}.parquet") for each in folders])
+            for name in TABLES
+        }
     except FileNotFoundError as error:
         raise BadInputError(
             f"{error.filename}: not there; --tables takes the --out of an earlier study"
@@ -153,12 +163,20 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     paper's claims are answered with 30.
     """
     add = parser.add_argument
-    add("--seeds", type=int, default=1, help="truth and sensor seeds 1 to N (default: 1)")
+    add("--seeds", type=int, default=1, help="truth and sensor seeds, that many (default: 1)")
+    add("--first", type=int, default=1, help="first seed (default: 1)")
+    add("--settings", default=",".join(SETTINGS), help="settings to fly (default: %(default)s)")
     add("--claims-only", action="store_true", help="leave out what the paper left open")
     add("--jobs", type=int, help="processes (default: one a core)")
     add("--scheduler", help="address of a dask scheduler, tcp://host:port")
     add("--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)")
-    add("--tables", type=Path, help="answer from the tables of an earlier --out; nothing is flown")
+    add(
+        "--tables",
+        type=Path,
+        nargs="+",
+        default=(),
+        help="answer from the tables of earlier --out folders, joined; nothing is flown",
+    )
     asked = vars(parser.parse_args(words))
     require_folder(asked["out"])
     result = run_study(StudyRequest(sweeps=not asked.pop("claims_only"), **asked))
@@ -172,7 +190,7 @@ def print_result(result: StudyResult) -> None:
     console = Console(highlight=False)
     table = Table("claim", "the paper", "ours", "verdict", show_lines=True)
     for number, finding in result.findings.items():
-        table.add_row(number, CLAIMS[number].words, finding.ours, finding.verdict)
+        table.add_row(number, CLAIMS[number].rule.words, finding.ours, finding.verdict)
     console.print(table)
     console.print(outside(f"written: {result.page}"), soft_wrap=True)
     for text in result.failures[:_NAMED]:

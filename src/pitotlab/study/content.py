@@ -3,7 +3,7 @@ done.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -12,11 +12,11 @@ import pandas as pd
 
 from pitotbench.campaigns.flights import rms
 from pitotlab.experiment import made_with
-from pitotlab.study.claims import CLAIMS
 from pitotlab.study.methods import parts
 from pitotlab.study.parts import Bars, Lines, Part, Series, StudyPage
 from pitotlab.study.questions import Finding, Reply
 from pitotlab.study.reductions import BOTH_WAYS, NAMES, PAPER_ORDER, named
+from pitotlab.study.rules import RULES
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import (
     StudyTables,
@@ -152,7 +152,7 @@ def study_page_of(evidence: StudyTables, findings: Mapping[str, Finding]) -> Stu
     claims[0] = replace(claims[0], charts=(*_patterns(evidence), *claims[0].charts))
     return StudyPage(
         title=TITLE,
-        subtitle=f"{_seeds(len(evidence.seeds))} (development seeds), {len(evidence.flights):,} "
+        subtitle=f"{_seeds(evidence.seeds)}, {len(evidence.flights):,} "
         f"simulated flights, {len(evidence.fits):,} calibrations; numbers are means ± standard "
         "deviations over seeds.",
         short=(short, rankings.words),
@@ -171,16 +171,17 @@ def study_page_of(evidence: StudyTables, findings: Mapping[str, Finding]) -> Stu
 def _summary(findings: Mapping[str, Finding]) -> pd.DataFrame:
     rows = []
     for number, found in findings.items():
-        paper = f"{CLAIMS[number].words} ({CLAIMS[number].where})"
+        paper = f"{RULES[number].words} ({RULES[number].where})"
         rows.append((number, paper, found.ours, found.verdict))
     return pd.DataFrame(rows, columns=["claim", "the paper", "ours", "verdict"])
 
 
 def _claim(number: str, finding: Finding) -> Part:
-    claim = CLAIMS[number]
+    rule = RULES[number]
     lines = [
-        ("The paper", f"{claim.words} ({claim.where})."),
-        ("Reproduced means", f"{claim.criterion}."),
+        ("The paper", f"{rule.words} ({rule.where})."),
+        ("Measured", f"{rule.quantity}."),
+        ("Reproduced means", f"{rule.criterion}."),
         ("Ours", f"{finding.ours}."),
         ("Experiment", finding.experiment),
         ("Why", finding.why),
@@ -216,13 +217,13 @@ def _questions(evidence: StudyTables) -> list[Part]:
     ]
 
 
-def _seeds(count: int) -> str:
-    return f"Seeds 1 to {count}" if count > 1 else "Seed 1"
+def _seeds(seeds: Sequence[int]) -> str:
+    return f"Seeds {seeds[0]} to {seeds[-1]}" if len(seeds) > 1 else f"Seed {seeds[0]}"
 
 
 def _method(evidence: StudyTables) -> tuple[str, ...]:
-    seeds, flights = len(evidence.seeds), evidence.flights
-    explained = flights.loc[flights["setting"] == _EXPLAINING, "seed"].nunique()
+    seeds, flights = evidence.seeds, evidence.flights
+    explained = sorted(flights.loc[flights["setting"] == _EXPLAINING, "seed"].unique())
     return (
         "Every flight is simulated: a stand-in for the Navajo on JSBSim, flown by a model of a "
         "pilot through the card of the maneuver, in 15 kt of wind from 300°, at 6,000 ft. The "
@@ -235,5 +236,5 @@ def _method(evidence: StudyTables) -> tuple[str, ...]:
         f"{_seeds(seeds)} for the claims; {_seeds(explained).lower()} also for the experiments "
         "that explain and the sweeps. Changes of wind, vertical speed, sideslip and sampling are "
         "applied to the same flights before sensing, so that only what is asked about differs.",
-        f"{made_with()}. `python -m pitotlab study --seeds {seeds}` repeats it.",
+        f"{made_with()}. `python -m pitotlab study --first {seeds[0]} --seeds {len(seeds)}` repeats it.",
     )

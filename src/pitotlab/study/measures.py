@@ -30,7 +30,7 @@ from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array, Booleans
 from pitotlab.experiment import Row
-from pitotlab.study.reductions import TURNING, Reduction, Sortie, sense_for
+from pitotlab.study.reductions import TURNING, WALK, Reduction, Sortie, sense_for
 from pitotlab.study.velocity_fit import fit_velocity
 
 # From stop to stop.
@@ -306,7 +306,7 @@ def measure_sortie(sortie: Sortie) -> Measured:
     return Measured(
         fits=keyed(fits),
         flights=keyed([flight_row(flight)]),
-        density=keyed(density_rows(flight) if case.truth_seed == 1 else ()),
+        density=keyed(density_rows(flight) if sortie.density else ()),
         tracks=keyed(track_rows(flight) if sortie.track else ()),
         curves=keyed(curves),
         failures=tuple(f"{name}: {row['failed']}" for row in fits if row["failed"]),
@@ -323,10 +323,9 @@ def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
         changed, log = logs[reduction.sensing]
         row, result = fit(changed, log, reduction)
         rows.append(row)
-        if sortie.curves and result is not None:
+        if sortie.curves and result is not None and reduction.change == WALK["change"]:
             curves += curve_rows(changed, reduction, result)
             if reduction.options.method == "paper":
                 curves += data_rows(log, reduction, result)
-    if sortie.curves and flight.case.maneuver == "four_leg":
-        curves += fixed_speed_rows(log)
+                curves += fixed_speed_rows(log) if reduction.options.on_condition else []
     return rows, curves

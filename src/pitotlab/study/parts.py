@@ -7,7 +7,7 @@ from typing import Literal
 import pandas as pd
 
 Numbers = Sequence[float]
-Verdict = Literal["reproduced", "in part", "not reproduced", ""]
+Verdict = Literal["reproduced", "in part", "not reproduced", "set by the cards", ""]
 
 
 @dataclass(frozen=True, slots=True)

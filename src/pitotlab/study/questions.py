@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from pitotlab.study.parts import Charts, Frames, Verdict
 from pitotlab.study.reductions import Reduction, Sortie
+from pitotlab.study.rules import Rule
 from pitotlab.study.tables import StudyTables
 
 
@@ -31,15 +32,12 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A statement of Martos, Kiszely and Foster (2011), in short, with the rule for its verdict.
+    """A statement of Martos, Kiszely and Foster (2011), with the rule for its verdict.
 
-    As a decorator, `partial(Claim, ...)` makes the claim of the function that answers it.
+    As a decorator, `partial(Claim, RULES[number])` makes the claim of the function that answers it.
     """
 
-    number: str
-    words: str
-    where: str
-    criterion: str
+    rule: Rule
     answer: Callable[[StudyTables], Finding]
 
 
@@ -56,10 +54,3 @@ class Sweep:
     answer: Callable[[StudyTables], Reply]
     reductions: Callable[[str], Iterable[Reduction]] = lambda maneuver: ()
     sorties: Callable[[int], Iterable[Sortie]] = lambda seed: ()
-
-
-def verdict(*held: bool) -> Verdict:
-    """Return the verdict from the parts of a claim: all of them hold, some do, or none does."""
-    if all(held):
-        return "reproduced"
-    return "in part" if any(held) else "not reproduced"

@@ -23,6 +23,7 @@ from pitotbench.sensing.sampling import SYSTEMS, data_system
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.timeline import gaps
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
+from pitotlab.experiment import in_walking_wind
 
 NAMES = {
     "step_decrease": "Step Decrease",
@@ -72,6 +73,11 @@ def wind_change(flight: Flight, knots_a_minute: float) -> Flight:
     """Return the flight in a wind that grows steadily with time toward a random direction."""
     since = (flight["time"] - flight["time"].mean()) / MINUTE
     return _with_wind(flight, knots_a_minute * KNOT * since, _direction(flight))
+
+
+def wind_walk(flight: Flight, rms: float) -> Flight:
+    """Return the flight in a wind that walks, by `rms` [m/s] in ten minutes."""
+    return in_walking_wind(flight, rms, flight.case.truth_seed)[0]
 
 
 def shear(flight: Flight, knots_a_hundred_feet: float) -> Flight:
@@ -153,6 +159,7 @@ CHANGES: Catalog[Change] = Catalog(
     {
         "none": lambda flight, level: flight,
         "wind change": wind_change,
+        "wind walk": wind_walk,
         "shear": shear,
         "vertical speed": vertical_speed,
         "steady sideslip": steady_sideslip,
@@ -305,12 +312,16 @@ SETTINGS: Catalog[StudySetting] = Catalog(
 
 @dataclass(frozen=True, slots=True)
 class Sortie:
-    """One flight of the study and the reductions of it; `variant` is the name of an unusual card."""
+    """One flight of the study and the reductions of it; `variant` is the name of an unusual card.
+
+    `density`, `track` and `curves` ask for the tables of that name.
+    """
 
     setting: str
     case: Case
     reductions: tuple[Reduction, ...]
     variant: str = "standard"
+    density: bool = False
     track: bool = False
     curves: bool = False
 
@@ -377,32 +388,49 @@ _EXPLAINING = (
     *_STRAIGHT,
 )
 _RARE = (*reductions(EITHER_WAY, SYSTEMS), *_STRAIGHT, _COVERED)
+# The wind's walks in the airplane's air [m/s in ten minutes]; the second is judged.
+WALKS = (0.5, 1.0, 2.0)
+WALK: Mapping[str, object] = {"change": "wind walk", "level": WALKS[1]}
+TURN_SIDESLIP = 4.0  # degrees
 # The airplane's data system and model, with and without turns, by both methods.
 _AIRPLANE_OPTIONS = tuple(
     replace(method, model="quadratic", on_condition=straight)
     for method in BOTH_METHODS
     for straight in (True, False)
 )
+_PUBLISHED_OPTIONS = tuple(each for each in _AIRPLANE_OPTIONS if each.method == "paper")
 OF_SETTING: Mapping[str, tuple[Reduction, ...]] = {
     "smooth": _MAIN,
     "light": (*_MAIN, *_STRAIGHT),
     "autopilot": _RARE,
     "busy": (*_RARE, *_QUIET),
-    "airplane": reductions(_AIRPLANE_OPTIONS, ("20/1",)),
+    "airplane": (
+        *reductions(_AIRPLANE_OPTIONS, ("20/1",), change="wind walk", level=WALKS[1]),
+        *(
+            one
+            for rms in (WALKS[0], WALKS[2])
+            for one in reductions((_LIKE_THE_AIRPLANE,), ("20/1",), change="wind walk", level=rms)
+        ),
+        *reductions(_PUBLISHED_OPTIONS, ("20/1",)),
+        *reductions(_PUBLISHED_OPTIONS, ("20/1",), change="sideslip in turns", level=TURN_SIDESLIP),
+    ),
     "moderate": _RARE,
 }
 
 
-def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
-    """Return the flights of a seed that the claims need, with `rare` also those of rare settings."""
+def claim_sorties(seed: int, rare: bool, first: bool = False) -> Iterator[Sortie]:
+    """Return the flights of a seed that the claims need, with `rare` also those of rare settings.
+
+    The `first` seed is the one that pictures show.
+    """
     for name, setting in SETTINGS.items():
         if setting.rare and not rare:
             continue
         asked = (*OF_SETTING[name], *(_EXPLAINING if name == "smooth" and rare else ()))
-        track, curves = (seed == 1 and name == shown for shown in ("autopilot", "airplane"))
+        track, curves = (first and name == shown for shown in ("autopilot", "airplane"))
         for maneuver in setting.flown:
             case = case_of(name, maneuver, seed)
-            yield Sortie(name, case, asked, track=track, curves=curves)
+            yield Sortie(name, case, asked, density=first, track=track, curves=curves)
     plain = (*reductions(das=SYSTEMS), _COVERED)
     for name in ("smooth", "light") if rare else ():
         yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*reductions(_MODELS), _COVERED))
@@ -411,4 +439,5 @@ def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
             case = case_of(name, "circle", seed, card={"fixed_power": 1})
             yield Sortie(name, case, plain, FIXED_POWER)
     for variant, maneuver, card in VARIANTS:
-        yield Sortie("smooth", case_of("smooth", maneuver, seed, card=card), plain, variant)
+        case = case_of("smooth", maneuver, seed, card=card)
+        yield Sortie("smooth", case, plain, variant, density=first)

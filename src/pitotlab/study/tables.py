@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from scipy.stats import t as student
 
 from pitotbench import air
 from pitotbench.records.case import DataSystem
@@ -67,6 +68,16 @@ class Spread:
     def error(self) -> float:
         """Standard error of the mean; NaN for one seed."""
         return self.deviation / float(np.sqrt(max(self.count, 1)))
+
+    @property
+    def margin(self) -> float:
+        """Half of the 95 % interval of the mean, by Student's t; NaN for one seed."""
+        return float(student.ppf(0.975, max(self.count - 1, 1))) * self.error
+
+    def with_margin(self, digits: int = 2) -> str:
+        """Return the mean with its sign and, of more than one seed, half of its 95 % interval."""
+        half = "" if np.isnan(self.margin) else f" ± {self.margin:.{digits}f} (95 % of the mean)"
+        return signed(self.mean, digits) + half
 
     def text(self, digits: int = 2, unit: str = "") -> str:
         """Return mean ± standard deviation over seeds as text."""

@@ -52,7 +52,9 @@ def test_density_and_times_are_the_flight(light_flights):
 
 def test_a_sortie_gives_what_the_bench_gives():
     case = Case(maneuver="rapid_decel", turbulence="none")
-    measured = measures.measure_sortie(Sortie("smooth", case, (Reduction("20/1"),), track=True))
+    measured = measures.measure_sortie(
+        Sortie("smooth", case, (Reduction("20/1"),), density=True, track=True)
+    )
     log = sense(fly(case), "20/1")
     expected = calibrate(log, PAPER).residual_two_sigma / KNOT
     assert measured.fits[0]["residual_two_sigma_kt"] == pytest.approx(expected)

@@ -31,7 +31,7 @@ def told(evidence, tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
     for name in TABLES:
         getattr(evidence, name).to_parquet(folder / f"{name}.parquet", index=False)
-    return run_study(StudyRequest(out=folder / "again", tables=folder))
+    return run_study(StudyRequest(out=folder / "again", tables=[folder]))
 
 
 @pytest.fixture(scope="module")

@@ -20,4 +20,4 @@ _TABLE = (
     ranking.quarter,
 )
 
-CLAIMS: Catalog[Claim] = Catalog("claim", {claim.number: claim for claim in _TABLE})
+CLAIMS: Catalog[Claim] = Catalog("claim", {claim.rule.number: claim for claim in _TABLE})

@@ -8,8 +8,8 @@ import pandas as pd
 
 from pitotbench.sensing.sampling import SYSTEMS
 from pitotbench.units import FOOT, KNOT
-from pitotlab.study.parts import Bars, Lines, Verdict
-from pitotlab.study.questions import Claim, Finding, verdict
+from pitotlab.study.parts import Bars, Lines
+from pitotlab.study.questions import Claim, Finding
 from pitotlab.study.reductions import (
     MINUTE,
     NAMES,
@@ -19,6 +19,7 @@ from pitotlab.study.reductions import (
     STEEPER,
     named,
 )
+from pitotlab.study.rules import RULES, SAME
 from pitotlab.study.tables import (
     CUT,
     Spread,
@@ -31,14 +32,12 @@ from pitotlab.study.tables import (
     text,
 )
 
-_SEEN = 1.0  # %: a smaller fall, or a smaller difference of two falls, counts as none
 _PUBLISHED = 25.0  # %
 _SHOWN = ("four_leg", "step_decrease")  # of Fig 7
+_SLOWEST_FIRST = ("20/1", "50/50", "100/100")
 _AXES = ("north", "east", "down")
 # %: fall of a pooled 2σ where a third output has no residual
 _THIRD_OUTPUT = 100.0 * (1.0 - (2.0 / 3.0) ** 0.5)
-_SAME = 2.0  # %
-_UP_TO = (10.0, 40.0)  # %: our reading of "as much as 25 %"
 _FLOWN = "step_decrease"  # the maneuver of Fig 8
 TwoSigma = Callable[..., pd.Series]  # evidence, maneuver, settings → by seed
 
@@ -68,36 +67,22 @@ def fall(kind: str, evidence: StudyTables, maneuver: str, **how: object) -> Spre
     return Spread(-change.mean, change.deviation, change.count)
 
 
-def _held(evidence: StudyTables, kind: str) -> tuple[bool, bool, bool]:
-    """Return the parts of the claim: the 2σ falls, most for 4-Leg, least at 20/1 Hz."""
-    fast, slow = (
-        {m: fall(kind, evidence, m, das=das).mean for m in PAPER_ORDER} for das in ("50/50", "20/1")
-    )
-    falls = all(fast[m] > _SEEN for m in _SHOWN)
-    rest = max(fast[m] for m in PAPER_ORDER if m != "four_leg")
-    most = fast["four_leg"] > rest + _SEEN
-    return falls, falls and most, falls and all(slow[m] < fast[m] - _SEEN for m in _SHOWN)
-
-
-@partial(
-    Claim,
-    "C7",
-    "With V_down the 2σ falls; most for 4-Leg, least at the lowest rates",
-    "Fig 7",
-    f"the 2σ of the airspeed, or pooled over the outputs, falls by more than {_SEEN:g} % for 4-Leg "
-    f"and Step Decrease, by {_SEEN:g} point more for 4-Leg than for the others, and by {_SEEN:g} "
-    "point less at 20/1 Hz (in part: it falls)",
-)
+@partial(Claim, RULES["C7"])
 def down(evidence: StudyTables) -> Finding:
+    ordered = (*_SHOWN, *(m for m in PAPER_ORDER if m not in _SHOWN))
+    falls = {
+        das: [fall("airspeed", evidence, m, das=das).mean for m in ordered]
+        for das in _SLOWEST_FIRST
+    }
     both = {}
     for kind in KINDS:
         leg, step = (fall(kind, evidence, m).text(1) for m in _SHOWN)
         both[kind] = f"{leg} % (4-Leg) and {step} % (Step Decrease)"
     slow = {m: fall("pooled", evidence, m, das="20/1").text(1) for m in _SHOWN}
     return Finding(
-        verdict(*max((_held(evidence, kind) for kind in KINDS), key=sum)),
-        f"2σ of the airspeed: falls by {both['airspeed']}. 2σ pooled over the outputs: falls by "
-        f"{both['pooled']}; at 20/1 Hz by {slow['four_leg']} % and {slow['step_decrease']} %",
+        RULES["C7"].judge(falls),
+        f"2σ of the airspeed, which is judged: falls by {both['airspeed']}. 2σ pooled over the outputs: "
+        f"falls by {both['pooled']}; at 20/1 Hz by {slow['four_leg']} % and {slow['step_decrease']} %",
         "Fit ground velocity as two outputs (north, east) and as three (with down), with noise on "
         "the impact pressure alone, as in the paper, and pool the 2σ over the outputs. Repeat with "
         "noise on every sensor. Compare with the 2σ of the airspeed, as flown, with a tenth of the "
@@ -247,34 +232,29 @@ def _wander(evidence: StudyTables) -> pd.DataFrame:
     return named(row)
 
 
-def _change(kind: str, evidence: StudyTables, maneuver: str, down: bool) -> Spread:
+def _change(
+    kind: str, evidence: StudyTables, maneuver: str, down: bool, das: str = "50/50"
+) -> Spread:
     """Return the 2σ of on-condition data relative to that of all data, minus one [%]."""
-    two_sigma = partial(KINDS[kind], evidence, maneuver, down=down)
+    two_sigma = partial(KINDS[kind], evidence, maneuver, down=down, das=das)
     return percent_above(two_sigma(on_condition=True), two_sigma())
 
 
-def _verdict(same: Mapping[str, bool], falls: Mapping[str, bool]) -> Verdict:
-    """Return the verdict: in part for one part, or for both in the pooled 2σ alone."""
-    if same["airspeed"] and falls["airspeed"]:
-        return "reproduced"
-    some = same["airspeed"] or falls["airspeed"] or (same["pooled"] and falls["pooled"])
-    return "in part" if some else "not reproduced"
-
-
-@partial(
-    Claim,
-    "C8",
-    "Full and on-condition data give the same; with V_down both are up to 25 % smaller and again "
-    "the same",
-    "Fig 8",
-    f"on-condition and full data within {_SAME:g} % of each other, and a fall of {_UP_TO[0]:g} to "
-    f"{_UP_TO[1]:g} % with V_down, in the 2σ of the airspeed (in part: one of the two, or both in "
-    "the 2σ pooled over the outputs alone)",
-)
+@partial(Claim, RULES["C8"])
 def turns(evidence: StudyTables) -> Finding:
     change = {kind: [_change(kind, evidence, _FLOWN, d) for d in (False, True)] for kind in KINDS}
+    every = [
+        _change("airspeed", evidence, _FLOWN, d, das=das).mean
+        for das in SYSTEMS
+        for d in (False, True)
+    ]
+    most = [
+        fall("airspeed", evidence, _FLOWN, das=das, on_condition=on).mean
+        for das in SYSTEMS
+        for on in (False, True)
+    ]
     falls = {kind: fall(kind, evidence, _FLOWN) for kind in KINDS}
-    same = {kind: all(abs(s.mean) < _SAME for s in both) for kind, both in change.items()}
+    same = {kind: all(abs(s.mean) < SAME for s in both) for kind, both in change.items()}
     straight = fall("pooled", evidence, _FLOWN, on_condition=True)
     others = [_change("airspeed", evidence, m, True).mean for m in PAPER_ORDER]
     alike = {
@@ -282,8 +262,10 @@ def turns(evidence: StudyTables) -> Finding:
         for kind, both in change.items()
     }
     return Finding(
-        _verdict(same, {kind: _UP_TO[0] <= s.mean <= _UP_TO[1] for kind, s in falls.items()}),
-        f"on-condition against full data, 2σ of the airspeed {alike['airspeed']}; pooled over the "
+        RULES["C8"].judge(every, most),
+        f"on-condition against full data, 2σ of the airspeed {alike['airspeed']} at 50/50 Hz, "
+        f"{max(map(abs, every)):.1f} % at most at any data rate; largest fall with V_down "
+        f"{max(most):.1f} %. Pooled over the "
         f"outputs {alike['pooled']}. V_down lowers the first by {falls['airspeed'].text(1)} % and "
         f"the second by {falls['pooled'].text(1)} % (full data) and {straight.text(1)} % (on "
         "condition)",
@@ -303,11 +285,11 @@ def turns(evidence: StudyTables) -> Finding:
 
 def _words(same: Mapping[str, bool]) -> str:
     if all(same.values()):
-        return f"Turns in or out change either 2σ by less than {_SAME:g} %."
+        return f"Turns in or out change either 2σ by less than {SAME:g} %."
     if not any(same.values()):
-        return f"Turns in or out change both by {_SAME:g} % or more."
+        return f"Turns in or out change both by {SAME:g} % or more."
     changed, unchanged = sorted(KINDS, key=lambda kind: same[kind])
-    return f"Turns in or out change the {changed} 2σ by {_SAME:g} % or more, the {unchanged} 2σ by less."
+    return f"Turns in or out change the {changed} 2σ by {SAME:g} % or more, the {unchanged} 2σ by less."
 
 
 def _dots(evidence: StudyTables) -> Bars:

@@ -25,7 +25,13 @@ from pitotbench.bench.calibrations import (
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.calibration_request import NamedFile, Reading
 from pitotbench.records.case import Case
-from pitotbench.records.legs import FixedSpeedPoint, FixedSpeedResult, FlyByPoint, HandCard
+from pitotbench.records.legs import (
+    FixedSpeedPoint,
+    FixedSpeedResult,
+    FlyByPoint,
+    HandCard,
+    KnownSpeedResult,
+)
 from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.units import MetersPerSecond, Radians
 
@@ -120,7 +126,13 @@ def calibrate(
     return found if isinstance(logs, list | tuple) else found[0]
 
 
-Legs = tuple[FixedSpeedPoint, ...] | tuple[FlyByPoint, ...] | HandCard | FixedSpeedResult
+Legs = (
+    tuple[FixedSpeedPoint, ...]
+    | tuple[FlyByPoint, ...]
+    | HandCard
+    | KnownSpeedResult
+    | FixedSpeedResult
+)
 
 
 def fixed_speed(
@@ -133,7 +145,7 @@ def fixed_speed(
 
     Of a log (a path, a DataFrame or a FlightLog; `mapping` and the `facts` of its flight as for
     `calibrate`) the points of its legs and turns; of a card (CSV) with a row a leg its points and curves; of tower fly-bys a point
-    a pass. Three or four ground speeds [m/s] with their true tracks [rad] give the true airspeed
+    a pass; of points with a known speed (`known_airspeed_kt`) factor, scale and zero. Three or four ground speeds [m/s] with their true tracks [rad] give the true airspeed
     and the wind, a `FixedSpeedResult`. Raises BadInputError for what cannot be used, NoAnswerError
     where no leg is found.
     Source: `docs/fixed-speed.md`.
@@ -145,17 +157,22 @@ def fixed_speed(
     if isinstance(legs, str | Path):
         from pitotbench.calibration.fly_by import reduce_fly_bys
         from pitotbench.calibration.hand_card import reduce_card
+        from pitotbench.calibration.known_speed import reduce_known_speeds
         from pitotbench.calibration.options import accuracies_of
         from pitotbench.logbook.points_table import (
             is_fly_by_card,
+            is_known_speeds,
             is_points_table,
             read_fly_bys,
+            read_known_speeds,
             read_points,
         )
 
         path, usual = Path(legs), accuracies_of(None, {})
         if is_fly_by_card(path):
             return tuple(reduce_fly_bys(*read_fly_bys(path), usual))
+        if is_known_speeds(path):
+            return reduce_known_speeds(*read_known_speeds(path))
         if is_points_table(path):
             return reduce_card(*read_points(path), usual)
     from pitotbench.calibration.leg_points import fixed_speed_points

@@ -29,8 +29,8 @@ FLAGS = (
         nargs="*",
         type=Path,
         metavar="LOG",
-        help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower "
-        "fly-by",
+        help="log files: legs and turns are found; or a card (CSV), one row a leg, a tower "
+        "fly-by or a point with a known speed",
     ),
     *asked_flags(Reading, CalibrationChoices, only=("mapping", *FACTS, "accuracies", "priors")),
     *shared("table", "units", "json"),
@@ -46,13 +46,19 @@ def run(options: argparse.Namespace) -> int:
     """Print the answer; return exit code 0. Raises BadInputError unless files of one kind, legs, or
     a sheet are asked for.
     """
-    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
+    from pitotbench.logbook.points_table import is_fly_by_card, is_known_speeds, is_points_table
 
     require_table(options, options.logs)
     typed = [options.ground_speed_kt is not None, options.track_deg is not None]
     given = {_LEGS: any(typed), _SHEET: options.sheet is not None}
     asked = {kind for kind in given if given[kind]} | {
-        _FLY_BYS if is_fly_by_card(path) else _CARDS if is_points_table(path) else _LOGS
+        _FLY_BYS
+        if is_fly_by_card(path)
+        else _KNOWN
+        if is_known_speeds(path)
+        else _CARDS
+        if is_points_table(path)
+        else _LOGS
         for path in options.logs
     }
     if len(asked) != 1 or any(typed) != all(typed):
@@ -68,6 +74,7 @@ def run(options: argparse.Namespace) -> int:
         _LOGS: _of_logs,
         _CARDS: _of_cards,
         _FLY_BYS: _of_fly_bys,
+        _KNOWN: _of_known_speeds,
         _LEGS: _of_legs,
         _SHEET: _write_sheet,
     }[asked.pop()](options)
@@ -76,6 +83,7 @@ def run(options: argparse.Namespace) -> int:
 
 # What can be asked for.
 _LOGS, _CARDS, _FLY_BYS = "logs", "points tables", "fly-by cards"
+_KNOWN = "points with a known speed"
 _LEGS, _SHEET = "typed legs", "a sheet"
 _ACTS_ON = {  # flag: its field, what it acts on, and the way out
     "--table": ("table", {_CARDS}, "it writes a curve; use calibrate LOG --table, or give a card"),
@@ -86,8 +94,16 @@ _ACTS_ON = {  # flag: its field, what it acts on, and the way out
         "ground speeds and tracks alone have no bound; give a card of legs (CSV)",
     ),
     "--mapping": ("mapping", {_LOGS}, "it names the columns of logs; leave it out"),
-    "--json": ("json", {_LOGS, _CARDS, _FLY_BYS, _LEGS}, "it is a page to print; leave it out"),
-    "--units": ("units", {_LOGS, _CARDS, _FLY_BYS, _LEGS}, "it holds no numbers; leave it out"),
+    "--json": (
+        "json",
+        {_LOGS, _CARDS, _FLY_BYS, _KNOWN, _LEGS},
+        "it is a page to print; leave it out",
+    ),
+    "--units": (
+        "units",
+        {_LOGS, _CARDS, _FLY_BYS, _KNOWN, _LEGS},
+        "it holds no numbers; leave it out",
+    ),
 }
 
 
@@ -132,6 +148,15 @@ def _of_fly_bys(options: argparse.Namespace) -> None:
     stated = accuracies_of(stated_choices(options).get("accuracies"), {})
     found = [(path, reduce_fly_bys(*read_fly_bys(path), stated)) for path in options.logs]
     tell_each(options, found, fly_bys_json, fly_bys_tree)
+
+
+def _of_known_speeds(options: argparse.Namespace) -> None:
+    from pitotbench.calibration.known_speed import reduce_known_speeds
+    from pitotbench.logbook.points_table import read_known_speeds
+    from pitotbench.show.legs import known_speeds_json, known_speeds_tree
+
+    found = [(path, reduce_known_speeds(*read_known_speeds(path))) for path in options.logs]
+    tell_each(options, found, known_speeds_json, known_speeds_tree)
 
 
 def _of_logs(options: argparse.Namespace) -> None:

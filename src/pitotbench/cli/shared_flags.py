@@ -149,7 +149,7 @@ def read_logs(
 
 def _no_log(path: Path, error: BadInputError) -> str:
     """Return what a file is that lacks the columns of a log, and the way on."""
-    from pitotbench.logbook.points_table import is_points_table
+    from pitotbench.logbook.points_table import is_known_speeds, is_points_table
     from pitotbench.pressure_error.published import is_published
 
     if is_published(path):
@@ -157,6 +157,11 @@ def _no_log(path: Path, error: BadInputError) -> str:
             f"{path}: a handbook's table of airspeeds, no log: `pitotbench calibrate LOG "
             f"--handbook {path}` compares a log's curve with it, `pitotbench aircraft indicator {path} --out "
             "indicator.xml` makes it the airspeed indicator of a JSBSim airplane"
+        )
+    if is_known_speeds(path):
+        return (
+            f"{path}: points with a known speed, no log: `pitotbench fixed-speed {path}` gives factor, "
+            "scale and zero"
         )
     if is_points_table(path):
         return f"{path}: a card of legs, no log: `pitotbench fixed-speed {path}` reads it"

@@ -1,12 +1,13 @@
 """Read a card written by hand: a points table, one row a leg, or tower fly-bys, one row a pass."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pitotbench import air
 from pitotbench.logbook.columns import (
     QUANTITIES,
     Column,
@@ -20,7 +21,7 @@ from pitotbench.logbook.columns import (
 from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.derived import display_step
 from pitotbench.records import BadInputError
-from pitotbench.records.legs import USUAL_STEPS, CardLeg, FlyBy, ReadingSteps
+from pitotbench.records.legs import USUAL_STEPS, CardLeg, FlyBy, KnownSpeed, ReadingSteps
 from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, from_si, to_si
 
 POINT, CONFIGURATION, HEADING = "point", "configuration", "heading"
@@ -48,6 +49,9 @@ _OF_SHEET = {
     "gps ground speed": "ground_speed_kt",
     "true track": "track_deg",
 }
+# Words of the name of a speed that something else than the airplane's own system measured.
+_KNOWN = ("known", "tunnel", "reference", "ref", "pacer", "car", "truth", "actual")
+_KNOWN_STEPS = {"known_airspeed": 0.1, "indicated_airspeed": 0.1}  # m/s
 _QUANTITIES = (
     "indicated_airspeed",
     "pressure_altitude",
@@ -83,6 +87,27 @@ def is_points_table(path: Path) -> bool:
     return (POINT in names or legs or is_fly_by_card(path)) and not any(
         n.startswith(("time_", "clock_time")) for n in names
     )
+
+
+def is_known_speeds(path: Path) -> bool:
+    """Return whether a file is a table of points with a known speed: a CSV with an airspeed or an
+    impact pressure, a speed that is known, and no column that a log or a card of legs has.
+    """
+    names = _names(path)
+    return (
+        any(map(_is_known, names))
+        and any(name.startswith(("indicated_airspeed", "impact_pressure")) for name in names)
+        and not any(name.startswith(_OF_OTHERS) for name in names)
+    )
+
+
+def _is_known(name: str) -> bool:
+    words = name.lower().replace("_", " ").split()
+    return bool(words) and words[0] in _KNOWN and words[-1] in _SPEEDS
+
+
+_SPEEDS = [suffix for suffix, unit in SUFFIXES.items() if unit.dimension == "speed"]
+_OF_OTHERS = ("time_", "clock_time", "velocity_", "ground_speed_", "grid_height")
 
 
 def is_fly_by_card(path: Path) -> bool:
@@ -131,6 +156,27 @@ def read_fly_bys(path: Path) -> tuple[tuple[FlyBy, ...], dict[str, float]]:
     return tuple(FlyBy(**row) for row in rows), steps
 
 
+def read_known_speeds(path: Path) -> tuple[tuple[KnownSpeed, ...], dict[str, float]]:
+    """Return the points with a known speed of a table, and the step [m/s] in which each speed was
+    read, by name. An indicated impact pressure counts as the airspeed that it shows.
+
+    Raises BadInputError as `read_points` does.
+    """
+    with within(path):
+        table = read_csv(path)
+        names = tuple(
+            f"known_airspeed_{name.rpartition('_')[2]}" if _is_known(name) else name
+            for name in table.names
+        )
+        rows, steps = _rows(
+            replace(table, names=names),
+            tuple(_KNOWN_STEPS),
+            ("known_airspeed_kt", "indicated_airspeed_kt"),
+            _KNOWN_STEPS,
+        )
+    return tuple(KnownSpeed(**row) for row in rows), steps
+
+
 def _read(
     path: Path, quantities: tuple[str, ...], columns: tuple[str, ...], usual: Mapping[str, float]
 ) -> tuple[list[dict[str, Any]], dict[str, float]]:
@@ -148,6 +194,12 @@ def _rows(
         quantity, suffix = _parsed(name)
         if quantity in (*quantities, HEADING):
             values[quantity], suffixes[quantity] = to_si(numbers(name, column), suffix), suffix
+        elif quantity == "impact_pressure" and "indicated_airspeed" in quantities:
+            pressure = to_si(numbers(name, column), suffix)
+            values["indicated_airspeed"] = np.asarray(
+                air.calibrated_airspeed(np.maximum(pressure, 0.0))
+            )
+            suffixes["indicated_airspeed"] = "mps"
     if HEADING in values and "track" not in values:
         values["track"], suffixes["track"] = values[HEADING], suffixes[HEADING]
     missing = [column for column in columns if column.rpartition("_")[0] not in values]
@@ -229,6 +281,8 @@ def _parsed(name: str) -> tuple[str, str]:
                 )
                 raise BadInputError(f"column {name!r}: a {dimension}; name it {known}")
             return quantity, suffix
+    if name.startswith("known_airspeed"):
+        return "known_airspeed", _parsed(name.replace("known", "indicated", 1))[1]
     turned = name.startswith(HEADING)  # in the units of a track
     parsed = (
         None

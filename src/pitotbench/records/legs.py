@@ -148,6 +148,47 @@ class FlyByPoint:
     normalized_two_sigma: float
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnownSpeed:
+    """A point with a known speed: that speed, and the airspeed that was shown [m/s]."""
+
+    row: int
+    point: str
+    configuration: str
+    known_airspeed: float
+    indicated_airspeed: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpeedFactor:
+    """What points with a known speed give at one of them, each with 2σ: the factor of the indicated
+    airspeed that was measured there, and calibrated minus indicated airspeed [m/s] by all of them.
+    """
+
+    point: str
+    configuration: str
+    indicated_airspeed: float
+    known_airspeed: float
+    factor: float
+    factor_two_sigma: float
+    correction: float
+    two_sigma: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnownSpeedResult:
+    """What points with a known speed give: the factor by speed, and the scale [-] and the zero [Pa]
+    of true impact pressure = scale · indicated + zero, with 2σ; `scatter` [m/s] of the points.
+    """
+
+    points: tuple[SpeedFactor, ...]
+    scale: float
+    scale_two_sigma: float
+    zero: float
+    zero_two_sigma: float
+    scatter: float
+
+
 @dataclass(frozen=True, slots=True)
 class HandPlan:
     """A card to fly: legs a point, airspeeds [m/s] in the order to fly them, how often, minutes,

@@ -3,7 +3,15 @@
 from collections.abc import Sequence
 from typing import Any
 
-from pitotbench.records.legs import CardPoint, FixedSpeedResult, FlyByPoint, HandCard, HandPlan
+from pitotbench.records.legs import (
+    CardPoint,
+    FixedSpeedResult,
+    FlyByPoint,
+    HandCard,
+    HandPlan,
+    KnownSpeedResult,
+    SpeedFactor,
+)
 from pitotbench.show.calibration import Correction, correction_sentence, doubts_of_curve
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.curve_rows import CurvePoint, curve_points, prior_sentences
@@ -156,6 +164,46 @@ def fly_bys_tree(points: Sequence[FlyByPoint]) -> list[Node]:
 def fly_bys_json(points: Sequence[FlyByPoint]) -> dict[str, Any]:
     """The position error of each pass as plain data, in knots and feet."""
     return {"points": json_rows(FLY_BY_COLUMNS, points), "warnings": []}
+
+
+KNOWN_SPEED_COLUMNS: tuple[Column[SpeedFactor], ...] = (
+    Column("point", lambda p: p.point, key="point"),
+    Column("configuration", lambda p: p.configuration or None, key="configuration", optional=True),
+    Column("KIAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
+    Column("known", lambda p: p.known_airspeed / KNOT, "kt", ".1f", "known_airspeed_kt"),
+    Column("factor", lambda p: p.factor, "", ".3f", "factor"),
+    Column("±2σ", lambda p: p.factor_two_sigma, "", ".3f", "factor_two_sigma"),
+    Column("correction", lambda p: p.correction / KNOT, "kt", "+.2f", "correction_kt"),
+    Column("±2σ", lambda p: p.two_sigma / KNOT, "kt", ".2f", "two_sigma_kt"),
+)
+
+
+def known_speeds_tree(found: KnownSpeedResult) -> list[Node]:
+    """Factor by speed, scale and zero of points with a known speed."""
+    root, spread = found.scale**0.5, 0.5 * found.scale_two_sigma / found.scale**0.5
+    return [
+        Sentence(
+            f"Multiply the impact pressure by {found.scale:.3f} ± {found.scale_two_sigma:.3f} and add "
+            f"{found.zero:+.1f} ± {found.zero_two_sigma:.1f} Pa (± is 2σ); as ARSPD_RATIO the old one "
+            f"times {found.scale:.3f}, as ASPD_SCALE times {root:.3f} ± {spread:.3f}."
+        ),
+        Sentence(
+            "The known speed counts as a calibrated airspeed: a true airspeed in other air than that "
+            "of a standard day at sea level is to be multiplied by the root of the density ratio "
+            f"first. The points scatter by {found.scatter / KNOT:.2f} kt."
+        ),
+        Table(KNOWN_SPEED_COLUMNS, found.points, "points with a known speed"),
+    ]
+
+
+def known_speeds_json(found: KnownSpeedResult) -> dict[str, Any]:
+    """The same as plain data, in knots and pascals."""
+    return {
+        "points": json_rows(KNOWN_SPEED_COLUMNS, found.points),
+        "scale": {"value": found.scale, "two_sigma": found.scale_two_sigma},
+        "zero_pa": {"value": found.zero, "two_sigma": found.zero_two_sigma},
+        "warnings": [],
+    }
 
 
 PLAN_COLUMNS: tuple[Column[HandPlan], ...] = (

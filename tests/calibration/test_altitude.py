@@ -2,6 +2,7 @@
 static pressure.
 """
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from pitotbench.calibration.altitude import AltitudeNoise, altitude_regression, 
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.show.calibration_json import calibration_json
 from pitotbench.units import FOOT, KNOT
 
 STATIC = CalibrationOptions(error_location="static")
@@ -120,6 +122,18 @@ def test_the_place_of_the_error_is_found(maneuver):
     assert named.curve.altitude_correction is None
 
 
+def test_what_a_probe_5_k_off_would_do_is_said_and_is_what_it_does():
+    log = replace(fixture.fly("race_track", 5), header={})
+    off = replace(log, total_temperature=log.total_temperature + 5.0)
+    right, wrong = (calibrate(each, STATIC) for each in (log, off))
+    assert wrong.day.departure - right.day.departure == pytest.approx(5.0, abs=0.2)
+    moved = float(np.sqrt(np.mean((wrong.curve.correction - right.curve.correction) ** 2)))
+    assert right.day.by_five_kelvin == pytest.approx(moved, rel=0.3)
+    said = calibration_json(right)["temperature"]
+    assert said["five_kelvin_kt"] == pytest.approx(right.day.by_five_kelvin / KNOT)
+    assert calibrate(replace(log, header={"accuracy": fixture.EXACT}), STATIC).day is None
+
+
 def test_where_the_static_pressure_is_right_the_height_changes_nothing():
     log = fixture.fly("circle", 5, conditions=fixture.Conditions(location="impact"))
     for location in ("impact", "total"):
@@ -216,5 +230,9 @@ def test_a_static_pressure_that_contradicts_the_triangle_is_told_and_held():
     both, triangle = (calibrate(wrong, replace(STATIC, use_altitude=use)) for use in (True, False))
     assert [each.kind for each in both.disagreements] == ["height"]
     assert both.usable
+    without = re.search(r"at (\d+) KIAS from ([-+.\d]+) to", both.disagreements[0].words)
+    speed, curve = float(without[1]) * KNOT, triangle.curve
+    alone = np.interp(speed, curve.indicated_airspeed, curve.correction) / KNOT
+    assert float(without[2]) == pytest.approx(alone, abs=0.15), "the curve without the height"
     apart = np.abs(both.curve.correction - triangle.curve.correction)
     assert np.all(apart < both.curve.two_sigma), "the bound holds the answer of the triangle too"

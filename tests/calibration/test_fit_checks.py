@@ -148,3 +148,16 @@ def test_estimates_scatter_as_the_prior_and_the_log_let_them():
         assert not said(share * 0.98 * one_in_a_hundred, 3.0)
     assert said(9.0, 3.0)  # moves the estimate by less than its prior's deviation
     assert not said(90.0, 100.0)  # a log that says nothing
+
+
+def test_an_estimate_that_the_log_does_not_size_is_told_without_a_size():
+    """An estimate beyond its prior whose spread is no less than that of the prior: without the prior
+    it would be any number.
+    """
+    structure = SimpleNamespace(
+        nuisances=(Nuisance("height_latency_s", 0.5, None),), model=SimpleNamespace(count=0)
+    )
+    answer = Posterior(np.ones(1), np.array([[1.35]]), np.array([[[0.49**2]]]))
+    (told,) = _nuisances_outside(structure, answer)
+    assert "lies beyond the ±1 s (2σ) that is assumed; the log does not tell by how much" in told
+    assert "33" not in told

@@ -177,6 +177,21 @@ def test_samples_far_from_the_curve_say_do_not_use(off, bound, found):
     assert all(each.kind == "samples" and each.fatal for each in told)
 
 
+@pytest.mark.parametrize(("moves", "told"), [(0.1, 0), (-0.6, 1), (2.0, 1)])
+def test_a_height_is_told_in_knots_where_it_moves_the_curve_by_a_quarter_of_the_bound(moves, told):
+    time = np.arange(0.0, 60.0)
+    speed = np.full(len(time), 110.0) * KNOT
+    residuals = Residuals(time, speed, np.zeros(len(time)), np.ones(len(time), dtype=bool))
+    by_height = np.array([[0.5, 0.5], [0.5, 0.5 + moves]]) * KNOT
+    found = disagreements(1e-6, residuals, _curve(1.0 * KNOT), by_height=[*by_height])
+    assert len(found) == told
+    for each in found:
+        assert each.kind == "height"
+        assert f"at 130 KIAS from +0.5 to {0.5 + moves:+.1f} kt" in each.words
+        assert each.size == pytest.approx(abs(moves) * KNOT)
+    assert not disagreements(0.5, residuals, _curve(1.0 * KNOT), by_height=[*by_height])
+
+
 @pytest.mark.parametrize(("correction", "told"), [(0.5, []), (6.0, ["fixed_speed"])])
 def test_a_fixed_speed_point_far_from_the_curve_is_told(correction, told):
     found = calibrate(fixture.fly("circle", 2), CHECKED)

@@ -176,13 +176,18 @@ _FEWEST_MEANS = 4
 # probability of so much disagreement by chance: below it triangle and height are not averaged, but
 # mixed (`location`)
 DISAGREE = 0.001
+_LEAST_MOVED = 0.25  # of the bound: where the height moves the curve by less, it is within it
 _CLEAR = 3.0  # standard errors beyond which samples disagree
 _BOUNDS = 1.5  # times 2σ, likewise
 _LEAST_OFF = 0.5 * KNOT  # m/s, likewise
 
 
 def disagreements(
-    agreement: float | None, residuals: Residuals, curve: ErrorCurve, drifting: bool = False
+    agreement: float | None,
+    residuals: Residuals,
+    curve: ErrorCurve,
+    drifting: bool = False,
+    by_height: Sequence[MetersPerSecond] = (),
 ) -> tuple[Disagreement, ...]:
     """Return where the wind triangle and the height disagree, and where the samples lie off the
     curve.
@@ -192,16 +197,22 @@ def disagreements(
     does not describe the log.
 
     Of a wind that is `drifting` only a smooth path is taken from the samples. `agreement` is the
-    probability that triangle and height differ by so much by chance, None where only one spoke.
+    probability that triangle and height differ by so much by chance, None where only one spoke, and
+    `by_height` are the corrections (c,) [m/s] without the height and with it.
     """
     found = []
-    if agreement is not None and agreement < DISAGREE:
+    if agreement is not None and agreement < DISAGREE and by_height:
+        without, with_height = by_height
+        moved = np.abs(with_height - without)
+        most = int(np.argmax(moved / curve.two_sigma))
         words = (
-            "the wind triangle and the height disagree about the curve by more than chance, and "
-            "the bound holds both. The temperature or the height may be off by more than stated, "
-            "or the wind may follow the speeds flown"
+            f"the height moves the correction at {curve.indicated_airspeed[most] / KNOT:.0f} KIAS "
+            f"from {without[most] / KNOT:+.1f} to {with_height[most] / KNOT:+.1f} kt, which is more "
+            "than chance, and the bound holds both. The temperature or the height may be off by "
+            "more than stated, or the wind may follow the speeds flown"
         )
-        found.append(Disagreement("height", words, float(np.max(curve.two_sigma)), fatal=False))
+        if moved[most] > _LEAST_MOVED * curve.two_sigma[most]:
+            found.append(Disagreement("height", words, float(moved[most]), fatal=False))
     off, at = _samples_off(residuals, curve, _SMOOTH_OVER if drifting else _MEAN_OVER)
     if off > 0.0:
         words = (
@@ -318,6 +329,8 @@ _FAR = 3.0  # standard deviations of the prior of a noise parameter
 _Z_1_PERCENT = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
 # share of the prior variance: a log that resolves less says nothing of a nuisance
 _LEAST_KNOWN = 0.04
+# likewise: below it the estimate without the prior is a small number over a smaller one
+_SIZED = 0.2
 
 _ERRORS = {  # name of a nuisance to its words and its unit
     "temperature_k": ("correction that the temperature needs", "K"),
@@ -417,18 +430,24 @@ def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]
             # What the log says without the prior, which draws the estimate to zero.
             freed = (nuisance.deviation / scatter) ** 2
             value, bound = float(mean[place]) * freed, 2.0 * nuisance.deviation * freed**0.5
-            text = _nuisance_sentence(nuisance, value, bound * left**0.5)
+            sized = (value, bound * left**0.5) if left < 1.0 - _SIZED else None
+            text = _nuisance_sentence(nuisance, sized)
             found.append(Caution(text, "outside prior", nuisance.name, value))
     return found
 
 
-def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float) -> str:
+def _nuisance_sentence(nuisance: Nuisance, found: tuple[float, float] | None) -> str:
+    """What a nuisance is by the rest of the log, with its 2σ; None where the log does not tell its
+    size, since its prior, or what else is unknown, says as much.
+    """
     words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
-    return (
-        f"the {words} is {_sized(f'{value:+.3g} ± {bound:.2g}', unit)} by the rest of the log, "
-        f"where {_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)} (2σ) is assumed: check the sensor "
-        "and its unit, or assume more"
-    )
+    usual = _sized(f"±{2.0 * nuisance.deviation:.3g}", unit)
+    if found is None:
+        finding = f"lies beyond the {usual} (2σ) that is assumed; the log does not tell by how much"
+    else:
+        value = _sized(f"{found[0]:+.3g} ± {found[1]:.2g}", unit)
+        finding = f"is {value} by the rest of the log, where {usual} (2σ) is assumed"
+    return f"the {words} {finding}: check the sensor and its unit, or assume more"
 
 
 def _sized(number: str, unit: str) -> str:

@@ -68,7 +68,8 @@ class ErrorPlace:
     `static_probability` is the probability of the static source, None where the location was stated
     or assumed. `answer` is a mixture where two locations are likely. `chance` is the probability
     that the curves of wind triangle and altitude equation differ by so much by chance; it is None
-    without the altitude equation for this location.
+    without the altitude equation for this location. `without_height_and_with` are the curve's
+    parameters (K,) by the triangle and by both; empty likewise.
     """
 
     location: str
@@ -77,6 +78,7 @@ class ErrorPlace:
     fit: CoveringFit
     answer: Posterior
     chance: float | None = None
+    without_height_and_with: tuple[Array, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,10 +171,12 @@ def _with_height(
     wide = rows.with_probe(probe)
     joint, gain, chance = _with_rows(near, bare, rows)
     moved = _at(bare, True, rows)
+    free = bare.model.error_count
+    both = near.theta[:free], joint.theta[:free]
     if stated is not None:
         fit = final_pass(moved, obs, joint)
         answer = _of_triangle_and_height(fit, chance, bare, obs, near)
-        return ErrorPlace(stated, None, moved, fit, answer, chance)
+        return ErrorPlace(stated, None, moved, fit, answer, chance, both)
     noise, without = _without_curve(wide, joint.noise[-NOISE_COUNT:], gain)
     odds = gain - without
     probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
@@ -197,9 +201,8 @@ def _with_height(
             for name, fit in fits.items()
         ]
     )
-    return ErrorPlace(
-        best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None
-    )
+    place = ErrorPlace(best, probability, tried[best][0], fits[best], answer)
+    return replace(place, chance=chance, without_height_and_with=both) if best == STATIC else place
 
 
 def _of_triangle_and_height(

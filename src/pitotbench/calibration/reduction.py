@@ -88,6 +88,8 @@ class Reduction:
 
     `options` include the accuracies and the priors that were used. `assumptions` are the accuracies
     assumed for the bound, each with its source, and `priors` those that the caller stated.
+    `without_height_and_with` are the curve's parameters (K,) by the wind triangle and by both
+    equations, empty where the height tells nothing of it.
     """
 
     options: CalibrationOptions
@@ -100,6 +102,7 @@ class Reduction:
     warnings: tuple[Caution, ...] = ()
     error_location: str = IMPACT
     altitude: AltitudeRows | None = None
+    without_height_and_with: tuple[Array, ...] = ()
     assumptions: tuple[Assumption, ...] = ()
     priors: Mapping[str, float] = field(default_factory=dict)
     winds: tuple[WindowWind, ...] = ()
@@ -379,6 +382,7 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
         warnings=(*outside_prior(structure, obs, fit, located.answer), *stepped),
         error_location=located.location,
         altitude=structure.altitude,
+        without_height_and_with=located.without_height_and_with,
         winds=fit.winds,
         path=fit.path,
         fit=fit,

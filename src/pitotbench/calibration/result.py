@@ -37,6 +37,7 @@ from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
     Calibration,
+    DayTemperature,
     Diagnostics,
     ErrorCurve,
     Estimate,
@@ -91,6 +92,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         shares=shares,
         diagnostics=reduction.diagnostics,
         error_location=reduction.error_location,
+        day=_day(reduction, shares),
         assumptions=reduction.assumptions,
         priors=reduction.priors,
         impact_pressure_zero=zero,
@@ -99,11 +101,34 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         log_start=reduction.log_start,
         left_out=reduction.left_out,
         disagreements=disagreements(
-            reduction.diagnostics.height_agreement, residuals, drawn, reduction.path is not None
+            reduction.diagnostics.height_agreement,
+            residuals,
+            drawn,
+            reduction.path is not None,
+            [curve.correction(k) for k in reduction.without_height_and_with],
         ),
         place_assumed=assumed,
         mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )
+
+
+_DOUBTED = 5.0  # K, of a probe: what a user can be asked to rule out
+
+
+def _day(reduction: Reduction, shares: Sequence[Share]) -> DayTemperature | None:
+    """What the temperature is, and what a probe that is off by 5 K would do beyond what the log
+    shows of it. None where the temperature is assumed, or stated as exact.
+    """
+    obs, stated = reduction.observations, accuracies_of(reduction.options.accuracies, {})
+    part = next((each for each in shares if each.name == "temperature_k"), None)
+    if part is None or obs.standard_day:
+        return None
+    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
+    temperature = obs.probe_temperature / (1.0 + obs.probe_heating * mach**2)
+    standard = air.standard_temperature(air.pressure_altitude(obs.static_pressure))
+    # The share is 2σ of the temperature times the slope; the log shows the rest of an error.
+    unseen = part.estimate.two_sigma / stated.temperature_k**2
+    return DayTemperature(float(np.median(temperature - standard)), _DOUBTED * unseen * part.curve)
 
 
 def _place_assumed(reduction: Reduction) -> bool:

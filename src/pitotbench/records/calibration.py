@@ -238,6 +238,17 @@ class Share:
 
 
 @dataclass(frozen=True, slots=True)
+class DayTemperature:
+    """The temperature that a calibration rests on: `departure` [K] of the air from the standard
+    day, in the middle of the log, and `by_five_kelvin` [m/s], rms over the curve, that it would be
+    off by for a probe 5 K off beyond what the log shows.
+    """
+
+    departure: float
+    by_five_kelvin: float
+
+
+@dataclass(frozen=True, slots=True)
 class Assumption:
     """The 2σ accuracy that a bound takes for granted of one constant error; its unit is the suffix
     of the name.
@@ -430,6 +441,7 @@ class Calibration(Shown):
     was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
     `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why
     other rows were not.
+    `day`: what the temperature is and does to the curve, None where it is assumed or exact.
     `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach
     number used.
     `scale`: the factor on the airspeed, None where height alone answers. `one_sided`: the slow and
@@ -464,6 +476,7 @@ class Calibration(Shown):
     disagreements: tuple[Disagreement, ...] = ()
     points: tuple[FixedSpeedPoint, ...] = ()
     place_assumed: bool = False
+    day: DayTemperature | None = None
     mach: float = 0.0
     log_start: float = 0.0
     autopilot: RecordedAutopilot | None = None

@@ -58,6 +58,11 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         **handbook_json(result.curve),
         "error_location": result.error_location,
         "error_location_assumed": result.place_assumed,
+        "temperature": result.day
+        and {
+            "standard_day_departure_k": result.day.departure,
+            "five_kelvin_kt": result.day.by_five_kelvin / KNOT,
+        },
         "usable": result.usable,
         # `units` is null where nothing else explains the factor.
         "scale": result.scale

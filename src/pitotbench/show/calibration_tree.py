@@ -181,6 +181,11 @@ def _conditions(result: Calibration) -> Iterator[str]:
         )
     unseen = ", assumed (without a height by GPS the log does not show it)" * result.place_assumed
     yield f"place of the error: {_LOCATIONS[result.error_location]}{unseen}"
+    if (day := result.day) is not None:
+        yield (
+            f"the air is {day.departure:+.0f} K from the standard day; a probe 5 K off would move "
+            f"the curve by ±{day.by_five_kelvin / KNOT:.1f} kt"
+        )
     yield from [*_assumptions(result), *prior_sentences(result.priors)]
 
 

@@ -47,3 +47,29 @@ def flow_direction(angle_of_attack: Radians, sideslip: Radians) -> Array:
     return np.stack(
         [np.cos(angle_of_attack) * level, np.sin(sideslip), np.sin(angle_of_attack) * level]
     )
+
+
+def euler_rates(
+    roll_rate: Array, pitch_rate: Array, yaw_rate: Array, roll: Radians, pitch: Radians
+) -> tuple[Array, Array, Array]:
+    """Return the rates of roll, pitch and heading of body rates, (n,) each in the unit of these.
+    There are none at a pitch of 90°.
+    """
+    turning = pitch_rate * np.sin(roll) + yaw_rate * np.cos(roll)
+    return (
+        roll_rate + turning * np.tan(pitch),
+        pitch_rate * np.cos(roll) - yaw_rate * np.sin(roll),
+        turning / np.cos(pitch),
+    )
+
+
+def body_rates(
+    rolling: Array, pitching: Array, turning: Array, roll: Radians, pitch: Radians
+) -> tuple[Array, Array, Array]:
+    """Return the body rates of rates of roll, pitch and heading: the inverse of `euler_rates`."""
+    level = turning * np.cos(pitch)
+    return (
+        rolling - turning * np.sin(pitch),
+        pitching * np.cos(roll) + level * np.sin(roll),
+        level * np.cos(roll) - pitching * np.sin(roll),
+    )

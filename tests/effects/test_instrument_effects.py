@@ -334,6 +334,8 @@ def test_a_misaligned_unit_reads_the_same_earth():
         ("manifold_pressure_scale", "manifold_pressure_right", "right"),
         ("gps_velocity_scale", "velocity_north", "north"),
         ("gps_velocity_scale", "velocity_east", "east"),
+        ("gyro_calibration", "pitch_rate", "pitch_scale"),
+        ("accelerometer_calibration", "specific_force_y", "right_scale"),
     ],
 )
 def test_a_scale_is_a_factor_of_one_channel(name, channel, parameter):
@@ -341,6 +343,19 @@ def test_a_scale_is_a_factor_of_one_channel(name, channel, parameter):
     np.testing.assert_allclose(after[channel] / before[channel], 1.02)
     others = [other for other in before if other != channel]
     assert all(np.array_equal(after[other], before[other]) for other in others)
+
+
+@pytest.mark.parametrize(
+    ("name", "channel", "parameter", "unit"),
+    [
+        ("gyro_calibration", "yaw_rate", "yaw_zero_degps", DEGREE),
+        ("accelerometer_calibration", "specific_force_z", "down_zero_g", 9.80665),
+    ],
+)
+def test_a_zero_adds_to_one_sensor_of_the_inertial_unit(name, channel, parameter, unit):
+    before, after = applied(name, **{parameter: 0.5})
+    np.testing.assert_allclose(after[channel] - before[channel], 0.5 * unit)
+    assert all(np.array_equal(after[o], before[o]) for o in before if o != channel)
 
 
 def test_a_bent_pickup_is_right_at_both_ends_and_off_by_its_bend_between_them():

@@ -437,7 +437,7 @@ def patch_of(
 
 # By the code of a warning, the parts that explain it: velocities that are late lag behind the
 # heading in a turn.
-EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and vanes"}}
+EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and inertial unit"}}
 
 
 def reported_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:

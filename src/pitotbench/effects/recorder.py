@@ -1,6 +1,7 @@
 """Effects of the data system: clocks, GPS receiver, compass, inertial unit, probe and vanes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -141,7 +142,7 @@ def _waves(times: int) -> SensorFunction:
 
 COMPASS_DEVIATION = SensorEffect(
     name="compass_deviation",
-    part="attitude and vanes",
+    part="attitude and inertial unit",
     parameters=(
         Parameter("sine_deg", 1.5, -20.0, 20.0, "heading too large on east: coefficient B"),
         Parameter("cosine_deg", -1.0, -20.0, 20.0, "heading too large on north: coefficient C"),
@@ -157,7 +158,7 @@ COMPASS_DEVIATION = SensorEffect(
 
 QUADRANTAL_DEVIATION = SensorEffect(
     name="quadrantal_deviation",
-    part="attitude and vanes",
+    part="attitude and inertial unit",
     parameters=(
         Parameter("sine_deg", 1.0, -10.0, 10.0, "heading too large on northeast: coefficient D"),
         Parameter(
@@ -293,7 +294,7 @@ def _apply_inertial_unit_misalignment(signals: Signals, sizes: Sizes) -> Signals
 
 INERTIAL_UNIT_MISALIGNMENT = SensorEffect(
     name="inertial_unit_misalignment",
-    part="attitude and vanes",
+    part="attitude and inertial unit",
     parameters=(
         Parameter("roll_deg", 1.0, -15.0, 15.0, "unit mounted right wing down"),
         Parameter("pitch_deg", 1.0, -15.0, 15.0, "unit mounted nose up"),
@@ -307,6 +308,77 @@ INERTIAL_UNIT_MISALIGNMENT = SensorEffect(
     changes=ATTITUDE,
     also=(*RATES, *FORCES),
     function=_apply_inertial_unit_misalignment,
+)
+
+
+INERTIAL_SOURCE = (
+    "Klein and Morelli 2006, Aircraft System Identification, ch. 10: data compatibility, with a "
+    "scale and a bias of each gyro and accelerometer; "
+)
+
+
+GYROS = dict(zip(("roll", "pitch", "yaw"), RATES, strict=True))
+ACCELEROMETERS = dict(zip(("forward", "right", "down"), FORCES, strict=True))
+
+
+def _scale_and_zero(sensors: Mapping[str, str], zero: str, unit: float) -> SensorFunction:
+    """The function of sensors by their axes, each with a scale and a zero in `unit` [SI]."""
+
+    def function(signals: Signals, sizes: Sizes) -> Signals:
+        return signals.with_channels(
+            **{
+                name: (1.0 + sizes[f"{axis}_scale"]) * signals[name] + unit * sizes[axis + zero]
+                for axis, name in sensors.items()
+            }
+        )
+
+    return function
+
+
+def _of_each_axis(axes: Iterable[str], zero: Parameter, what: str) -> tuple[Parameter, ...]:
+    """A scale and a zero of the sensor of each axis, any of which may be off alone."""
+    scale = Parameter("_scale", 0.1, -0.5, 1.0, "too large by this share", may_be_missing=True)
+    return tuple(
+        replace(each, name=axis + each.name, what=f"{what.format(axis)}: {each.what}")
+        for axis in axes
+        for each in (scale, zero)
+    )
+
+
+GYRO_CALIBRATION = SensorEffect(
+    name="gyro_calibration",
+    part="attitude and inertial unit",
+    parameters=_of_each_axis(
+        GYROS,
+        Parameter("_zero_degps", 1.0, -20.0, 20.0, "reading at rest", may_be_missing=True),
+        "{} rate",
+    ),
+    source=INERTIAL_SOURCE + "wrong ranges and units of gyros, 1 °/s is an uncalibrated chip "
+    "(estimate)",
+    what="A gyro has a wrong scale or zero: its rate disagrees with the change of the attitude.",
+    shows_in=TURNING,
+    by_size=True,
+    for_whole_flight=True,
+    changes=RATES,
+    function=_scale_and_zero(GYROS, "_zero_degps", DEGREE),
+)
+
+ACCELEROMETER_CALIBRATION = SensorEffect(
+    name="accelerometer_calibration",
+    part="attitude and inertial unit",
+    parameters=_of_each_axis(
+        ACCELEROMETERS,
+        Parameter("_zero_g", 0.05, -0.5, 0.5, "reading in free fall", may_be_missing=True),
+        "specific force {}",
+    ),
+    source=INERTIAL_SOURCE + "0.05 g is an uncalibrated chip (estimate)",
+    what="An accelerometer has a wrong scale or zero: it disagrees with the change of the ground "
+    "velocity.",
+    shows_in=TURNING,
+    by_size=True,
+    for_whole_flight=True,
+    changes=FORCES,
+    function=_scale_and_zero(ACCELEROMETERS, "_zero_g", air.GRAVITY),
 )
 
 
@@ -431,7 +503,7 @@ def _vane(angle: Array, sizes: Sizes) -> Array:
 
 ALPHA_VANE_CALIBRATION = SensorEffect(
     name="alpha_vane_calibration",
-    part="attitude and vanes",
+    part="flow vanes",
     parameters=(
         Parameter("scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: upwash"),
         Parameter("offset_deg", 1.0, -10.0, 10.0, "reading at zero angle of attack"),
@@ -446,7 +518,7 @@ ALPHA_VANE_CALIBRATION = SensorEffect(
 
 SIDESLIP_VANE_CALIBRATION = SensorEffect(
     name="sideslip_vane_calibration",
-    part="attitude and vanes",
+    part="flow vanes",
     parameters=(
         Parameter(
             "scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: sidewash"
@@ -464,7 +536,7 @@ SIDESLIP_VANE_CALIBRATION = SensorEffect(
 
 VANE_FRICTION = SensorEffect(
     name="vane_friction",
-    part="attitude and vanes",
+    part="flow vanes",
     parameters=(
         Parameter(
             "alpha_deg",

@@ -15,6 +15,7 @@ from pitotbench.estimation.information import information_from
 from pitotbench.estimation.noise import robust_deviation
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.reconciliation.flight_path import PATH_SCALES, WIND
+from pitotbench.reconciliation.replay import RATES
 from pitotbench.reconciliation.residuals import ReferenceState
 from pitotbench.reconciliation.track import Track, mach_number
 from pitotbench.units import Array, Booleans
@@ -23,12 +24,13 @@ WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down
 CURVE = MODELS["inverse+"]  # the error curve that every log may have
 CURVE_DEVIATION = 0.2  # of each parameter of Δp/q_c
 LARGEST_ERROR = 0.5  # share of the impact pressure; a curve that asks for more comes from a log that is no flight
-ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
+BIAS = {  # rad and rad/s: vanes and attitude as usually rigged and aligned, and usual gyros
     "angle_of_attack": 0.005,
     "sideslip": 0.005,
     "roll": 0.005,
     "pitch": 0.005,
     "heading": 0.010,
+    **dict.fromkeys(RATES, 0.001),
 }
 ANGLE_SCALE = {"angle_of_attack": 0.02, "sideslip": 0.02}  # share: upwash that was not calibrated
 # Share by which the angles of the path can be off in scale: the path does not show the gusts, to
@@ -185,7 +187,7 @@ def _variations(clean: Track, setting: AnalysisSetting) -> Mapping[str, _Variati
         change = _curved(basis[:, i], setting.static_error)
         variations[f"curve {name}"] = _Variation(change, CURVE_STEP, CURVE_DEVIATION)
     wider = 1.0 if setting.day_known or setting.instruments_known else FOREIGN
-    for name, deviation in ANGLE_BIAS.items():
+    for name, deviation in BIAS.items():
         if name in clean:
             variations[f"{name} bias"] = _Variation(
                 _shifted(name, BIAS_STEP), BIAS_STEP, wider * deviation

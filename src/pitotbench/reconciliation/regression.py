@@ -172,7 +172,7 @@ class FoundGap:
 
 # between a formula and its term, and between an effect and a size of it that is looked for alone
 SEPARATOR = "|"
-CHANNEL_GROUPS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
+CHANNEL_GROUPS = ("airspeed", "attitude", "specific_force", "acceleration", "engine", "turning")
 NOTHING = FittedHypothesis("", (), np.zeros(0))
 
 
@@ -642,7 +642,7 @@ def _is_force_or_moment(channel: str) -> bool:
 
 
 def _channel_group(channel: str) -> str:
-    for group in ("airspeed", "specific_force"):
+    for group in ("airspeed", "attitude", "specific_force"):
         if channel.startswith(group):
             return group
     if channel.startswith("acceleration"):

@@ -22,12 +22,14 @@ React = Callable[[Motion], Reaction]
 
 # The states that a wrong sensor shifts, with the step for the difference quotient: small compared
 # with a maneuver.
+RATES = ("roll_rate", "pitch_rate", "yaw_rate")
 VARIED: Mapping[str, float] = {
     "temperature_offset": 2.0,
     "mach": 0.002,
     "static_pressure": 300.0,
     "angle_of_attack": 0.005,
     "sideslip": 0.005,
+    **dict.fromkeys(RATES, 0.02),
 }
 FINE = 0.1  # s between states, for the answer
 REACTION_NAMES = tuple(Reaction.__dataclass_fields__)
@@ -115,6 +117,7 @@ def varied_states(track: Track, rows: NDArray[np.intp]) -> dict[str, Any]:
         "angle_of_attack": around(alpha),
         "sideslip": around(beta),
         "temperature_offset": float(np.mean(warm)),
+        **{name: around(track[name]) for name in RATES if name in track},
     }
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from pitotbench import air
+from pitotbench.axes import body_rates, euler_rates
 from pitotbench.channels import CHANNELS
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.reconciliation.clean_track import clean_track
@@ -23,6 +24,7 @@ from pitotbench.reconciliation.flight_path import (
     earth_acceleration,
 )
 from pitotbench.reconciliation.replay import (
+    RATES,
     REACTION_NAMES,
     Replay,
     answer,
@@ -36,7 +38,7 @@ from pitotbench.timeline import Indices
 from pitotbench.units import SYMBOLS, Array
 
 MOMENTS, ENGINES = REACTION_NAMES[3:6], REACTION_NAMES[6:]
-RATES = ("roll_rate", "pitch_rate", "yaw_rate")
+ATTITUDE_RATES = ("attitude_roll_rate", "attitude_pitch_rate", "attitude_yaw_rate")
 TIMING = 0.1  # s, one step of the replay: by so much the model may be early or late
 NEAR = 4  # instants on either side over which an error of timing shows
 QUICK = 6.0  # times the median rate: gusts and sensor noise stay below
@@ -48,6 +50,8 @@ UNITS = {
         ("acceleration_forward", "acceleration_right", "acceleration_down", *FORCES),
         SYMBOLS["mps2"],
     ),
+    **dict.fromkeys(ATTITUDE_RATES, "rad/s"),
+    "climb_rate": SYMBOLS["mps"],
     **dict.fromkeys(MOMENTS, "rad/s²"),
     **{name: SYMBOLS[CHANNELS[name].unit] for name in ENGINES},
     "throttle_split": "",
@@ -60,16 +64,22 @@ FAMILIES = {
         "pressure_height",
         "temperature",
     ),
-    "kinematic": ("acceleration_forward", "acceleration_right", "acceleration_down"),
+    "kinematic": (
+        *ATTITUDE_RATES,
+        "acceleration_forward",
+        "acceleration_right",
+        "acceleration_down",
+        "climb_rate",
+    ),
     "force and moment": (*FORCES, *MOMENTS),
     "engine": (*ENGINES, "throttle_split"),
 }
 # The channels of a track that each part of the residuals reads.
 _AIR = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
 _TRIANGLE_READS = (*_AIR, *VANES, *ATTITUDE, *VELOCITY)
-_KINEMATIC_READS = (*FORCES, *ATTITUDE, *VELOCITY)
+_ACCELERATION_READS = (*FORCES, *ATTITUDE, *VELOCITY)
 # The states in `VARIED`; without vanes those of the path through the air are among them.
-_ANSWER_READS = (*_AIR, *VANES)
+_ANSWER_READS = (*_AIR, *VANES, *RATES)
 _PATH_READS = (*ATTITUDE, *VELOCITY, *FORCES, *WIND, *PATH_SCALES)
 _ENGINES_READ = (*_ANSWER_READS, *ENGINES, "throttle_left", "throttle_right")
 
@@ -132,9 +142,10 @@ def channel_residuals(
     """Return all residual channels that a track allows; with a model also forces, moments and
     engines.
 
-    Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground
-    velocity), force and moment, engine. Each channel is noise alone where sensors and model are
-    true. Wind and sensor biases are free parameters of the regression.
+    Families: air data (wind triangle, height, temperature), kinematic (gyros against attitude,
+    acceleration against ground velocity, altitude against vertical speed), force and moment,
+    engine. Each channel is noise alone where sensors and model are true. Wind and sensor biases are
+    free parameters of the regression.
 
     The answer of a model that was moved along another track is shifted to this state, to first
     order. `known` is another track with its residuals on the same grid, frame and model: what reads
@@ -172,11 +183,11 @@ def channel_residuals(
             FAMILIES["engine"],
             lambda: _engines(track, grid, predicted(), model.split),
         )
-    part(_KINEMATIC_READS, FAMILIES["kinematic"], lambda: _kinematic(track, grid, frame))
+    part((*ATTITUDE, *RATES), ATTITUDE_RATES, lambda: _attitude_rates(track, grid))
+    part(_ACCELERATION_READS, FAMILIES["kinematic"][3:6], lambda: _acceleration(track, grid, frame))
+    part(("altitude", "velocity_down"), ("climb_rate",), lambda: _climb_rate(track, grid))
     if model is not None:
-        part(
-            (*_ANSWER_READS, *RATES, *path), MOMENTS, lambda: _moments(track, grid, model, answer())
-        )
+        part((*_ANSWER_READS, *path), MOMENTS, lambda: _moments(track, grid, model, answer()))
     values = np.stack(list(columns.values()), axis=1)
     return ChannelResiduals(tuple(columns), values, np.zeros_like(values))
 
@@ -251,7 +262,28 @@ def _temperature(track: Track, grid: Grid) -> dict[str, Array]:
     return {"temperature": grid.smooth(track["total_temperature"]) - grid.smooth(expected)}
 
 
-def _kinematic(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
+def _attitude_rates(track: Track, grid: Grid) -> dict[str, Array]:
+    """The gyros less the change of the attitude, about the body axes, over each step."""
+    if not all(name in track for name in (*ATTITUDE, *RATES)):
+        return {}
+    told = euler_rates(*(track[name] for name in (*RATES, "roll", "pitch")))
+    gap = [
+        grid.mean_between(rate) - grid.rate(grid.smooth(track[name]), track)
+        for name, rate in zip(ATTITUDE, told, strict=True)
+    ]
+    about = body_rates(*gap, *(grid.smooth(track[name]) for name in ("roll", "pitch")))
+    return dict(zip(ATTITUDE_RATES, about, strict=True))
+
+
+def _climb_rate(track: Track, grid: Grid) -> dict[str, Array]:
+    """The change of the altitude less the vertical speed, over each step."""
+    if not ("altitude" in track and "velocity_down" in track):
+        return {}
+    climbed = grid.rate(grid.smooth(track["altitude"], gps=True), track)
+    return {"climb_rate": climbed + grid.mean_between(track["velocity_down"], gps=True)}
+
+
+def _acceleration(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
     earth = earth_acceleration(track)
     if earth is None or "velocity_north" not in track:
         return {}

@@ -131,7 +131,8 @@ def effect_words(effect: Candidate, *more: str) -> str:
 PART_WORDS = {
     "static ports and line": "the static ports or their line",
     "GPS receiver and its clock": "the GPS receiver or its clock",
-    "attitude and vanes": "the attitude or the vanes",
+    "attitude and inertial unit": "the attitude or the inertial unit",
+    "flow vanes": "a flow vane",
     "controls and trim": "the controls or the trim",
     "lift, stability and damping": "the lift, the stability or the damping",
     "engine or propeller, a side": "the engine or the propeller of one side",

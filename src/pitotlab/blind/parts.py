@@ -23,10 +23,10 @@ _FAULTS = {
     "impact transducer & static ports and line": "climb_crosstalk",
     "impact transducer": "heavy_membrane kinked_transducer heated_transducer",
     "static transducer": "strobe_light",
-    "attitude and vanes": (
-        "bending_boom twisting_boom late_vane crossed_vanes vane_in_wake crossed_gyros "
-        "warming_accelerometer stretched_accelerometer shaken_accelerometer leaning_gyro "
-        "erected_pitch late_attitude"
+    "flow vanes": "bending_boom twisting_boom late_vane crossed_vanes vane_in_wake",
+    "attitude and inertial unit": (
+        "crossed_gyros warming_accelerometer stretched_accelerometer shaken_accelerometer "
+        "leaning_gyro erected_pitch late_attitude"
     ),
     "GPS receiver and its clock": "swinging_altitude multipath_bursts leaping_altitude stale_fixes",
     "recorder": "stamp_jitter sagging_supply",

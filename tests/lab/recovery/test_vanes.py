@@ -9,7 +9,7 @@ from pitotbench import Case, Flight, fly, sense
 from pitotbench.catalog import Catalog
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import (
-    ANGLE_BIAS,
+    BIAS,
     AnalysisSetting,
     fit_free_parameters,
 )
@@ -50,7 +50,7 @@ def test_a_vane_that_is_off_leaves_no_force(
         + angles["angle_of_attack bias"]
         - np.radians(offset_deg)
     )
-    assert np.sqrt(np.mean(left**2)) < ANGLE_BIAS["angle_of_attack"]
+    assert np.sqrt(np.mean(left**2)) < BIAS["angle_of_attack"]
     assert np.all(forces < 1.1 * sound_forces)
 
 
@@ -84,7 +84,7 @@ def test_a_stiffer_airplane_has_a_sound_vane() -> None:
     setting = AnalysisSetting(day_known=True, instruments_known=True, terms=True)
     layout = lay_out(sense(fly(case), "50/50"), aircraft_model("c172x"), setting)
     answer = judge(["flight"], [layout], [theoretical_distribution(layout)])
-    assert abs(layout.angles.get("angle_of_attack bias", 0.0)) < ANGLE_BIAS["angle_of_attack"]
+    assert abs(layout.angles.get("angle_of_attack bias", 0.0)) < BIAS["angle_of_attack"]
     (named,) = answer.verdict.effects
     assert named.name == "pitch_stiffness"
     assert named.sizes[0].value == pytest.approx(0.44, abs=0.02)

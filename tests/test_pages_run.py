@@ -2,7 +2,6 @@
 page.
 """
 
-import lzma
 import re
 import shlex
 from pathlib import Path
@@ -67,11 +66,6 @@ def are_alike(told: str, printed: str) -> bool:
     return all(float(a) == pytest.approx(float(b), rel=0.1) for a, b in pairs)
 
 
-def kept_null_flights() -> bytes:
-    """The null flights of the README's card, as the cache of the bench keeps them."""
-    return lzma.decompress((ROOT / "tests/readme_null_flights.json.xz").read_bytes())
-
-
 def require_the_readme_to_hold(
     capsys: pytest.CaptureFixture[str], without: str = "", hiding: bool = True
 ) -> None:
@@ -89,9 +83,7 @@ def require_the_readme_to_hold(
 
 
 def test_the_readme_ends_as_it_says(tmp_path, monkeypatch, capsys):
-    """With null flights that are kept: `make test-lab` flies them, on the card without the effect."""
+    """With the null table of its card that is shipped: no null flight is flown."""
     monkeypatch.chdir(tmp_path)
-    kept = tmp_path / "null.json"  # its use is noted on it
-    kept.write_bytes(kept_null_flights())
-    monkeypatch.setattr("pitotbench.bench.null_flights.cache_entry", lambda *_: kept)
+    monkeypatch.setattr("pitotbench.bench.null_flights.open_fleet", None)
     require_the_readme_to_hold(capsys, without=" --out gap")

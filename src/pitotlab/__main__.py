@@ -17,6 +17,7 @@ COMMANDS = {
     "study methods": "pitotlab.study.methods:command",
     "coverage": "pitotlab.coverage:command",
     "aircraft": "pitotlab.aircraft:command",
+    "nulls": "pitotlab.null_tables:command",
     "reference": "pitotlab.reference_figures:command",
     "peers": "pitotlab.peers:command",
     "real": "pitotlab.real_logs:command",

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from pitotbench import BadInputError, Case, FlightLog
-from pitotbench.bench import null_cache, null_flights, workflow
+from pitotbench.bench import null_cache, null_flights, null_tables, workflow
 from pitotbench.bench.null_cache import MOST_KEPT
 from pitotbench.bench.null_flights import announce_flights, null_distribution_of
 from pitotbench.bench.workflow import NamedLog, judge_logs
@@ -58,6 +58,7 @@ def flown(monkeypatch, tmp_path) -> list[AnalysisSetting]:
     """An empty cache, and flights that cost nothing: the setting in which each was laid out."""
     found: list[AnalysisSetting] = []
     monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(null_tables, "FOLDER", tmp_path / "no tables")
     monkeypatch.setattr(null_flights, "open_fleet", lambda tasks: open_fleet(jobs=1, tasks=tasks))
     monkeypatch.setattr(
         null_flights, "_null_layout", lambda card, setting, number: found.append(setting)

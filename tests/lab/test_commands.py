@@ -4,23 +4,25 @@ import ast
 import re
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 
 import pytest
-from tests.test_pages_run import kept_null_flights, require_the_readme_to_hold
+from tests.bench.test_null_tables import are_close
+from tests.test_pages_run import require_the_readme_to_hold
 
 import pitotlab
 from pitotbench.bench import workflow
-from pitotbench.bench.null_flights import null_distribution_of
+from pitotbench.bench.null_flights import NULL_FLIGHTS, null_distribution_of
+from pitotbench.bench.null_tables import packed, read_packed, read_table
 from pitotbench.cli.app import main as bench
-from pitotbench.reconciliation.null_distribution import read_distribution
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import write_case
 from pitotbench.simulation.modified import install_variant
 from pitotlab.__main__ import COMMANDS, main
+from pitotlab.null_tables import SETTING, stock_cards
 from pitotlab.speed import ratios
 from pitotlab.speed.commands import Line
 from pitotlab.tables import FIGURES, write_figures
@@ -114,19 +116,19 @@ def test_what_is_patched_is_read_where_it_is_patched(name):
     assert attribute in read
 
 
-def test_the_readme_ends_as_it_says_with_null_flights_of_its_own(tmp_path, monkeypatch, capsys):
-    """Without the effect the last line needs the thresholds of the null flights; those that are
-    kept for the README with the effect are these. Where this fails, they take the place of the kept.
-    """
+def test_the_readme_without_the_effect_ends_as_it_says(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
     require_the_readme_to_hold(capsys, without=" --out gap", hiding=False)
-    (flown,) = (tmp_path / "cache").glob("null-*.json")
-    new, kept = map(read_distribution, (flown.read_bytes(), kept_null_flights()))
-    assert new.scores.cell_mean.keys() == kept.scores.cell_mean.keys()
-    assert new.scores.effect_spread.keys() == kept.scores.effect_spread.keys()
-    for name in ("threshold", "cell_threshold"):
-        assert getattr(new, name) == pytest.approx(getattr(kept, name), rel=0.02)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [0, 9])
+def test_a_null_table_flown_anew_is_the_shipped_one(number):
+    """Where this fails, `python -m pitotlab nulls` flies the tables anew under another FORMAT."""
+    card = [*stock_cards()][number]
+    shipped = read_table(card, NULL_FLIGHTS, SETTING)
+    flown = read_packed(packed(null_distribution_of(card, setting=SETTING, keep=False)))
+    assert are_close(asdict(flown), asdict(shipped))
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from itertools import count
 from time import monotonic
 
 from pitotbench.bench.null_cache import Progress, cache_entry, read_entry, write_entry
+from pitotbench.bench.null_tables import read_table
 from pitotbench.campaigns.fleet import open_fleet, require_all
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -31,8 +32,9 @@ def null_distribution_of(
 ) -> NullDistribution:
     """Return the null distribution of a card, for logs that are judged in this setting.
 
-    It is kept in `cache_folder()` under a digest of its inputs, so that a card is flown once.
-    Without `keep` the flights are always flown, and the cache is neither read nor written. Two runs
+    That of a stock card is shipped with the package. Any other is kept in `cache_folder()` under a
+    digest of its inputs, so that a card is flown once. Without `keep` the flights are always flown,
+    the shipped table is not read, and the cache is neither read nor written. Two runs
     that need the same entry at the same time both fly. Their flights are the same bit for bit, so
     it does not matter which one writes last, and no lock is needed.
     """
@@ -40,7 +42,7 @@ def null_distribution_of(
     setting = setting or AnalysisSetting(day_known=True)
     say = progress or (lambda text: None)
     place = cache_entry(card, flights, setting)
-    kept = read_entry(place, flights, say) if keep else None
+    kept = (read_table(card, flights, setting) or read_entry(place, flights, say)) if keep else None
     if kept is not None:
         return kept
     say(

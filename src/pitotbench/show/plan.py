@@ -8,6 +8,7 @@ from typing import Any
 from pitotbench.records.forecast import COMPARED_MINUTES, BriefedLeg, Forecast, Plan
 from pitotbench.show.columns import Column, json_rows
 from pitotbench.show.tree import (
+    ANSWER,
     SOURCES,
     Doubt,
     Figure,
@@ -236,12 +237,14 @@ LEG_COLUMNS: tuple[Column[BriefedLeg], ...] = (
 )
 
 
-def pilot_card(name: str, legs: Sequence[BriefedLeg]) -> list[Node]:
-    """The card of a name for the pilot who flies it by hand; nothing without legs."""
+def pilot_card(name: str, legs: Sequence[BriefedLeg], depth: int = ANSWER) -> list[Node]:
+    """The card of a name for the pilot who flies it by hand, at a depth; nothing without legs."""
     minutes = sum(map(_seconds, legs)) / MINUTE
     lines = (_BRIEFING, f"The legs take {minutes:.1f} min, without the time to settle.")
     title = f"The card for the pilot: {name}"
-    return [Heading(title, (*map(Sentence, lines), Table(LEG_COLUMNS, legs)))] if legs else []
+    if not legs:
+        return []
+    return [Heading(title, (*map(Sentence, lines), Table(LEG_COLUMNS, legs)), depth)]
 
 
 def _briefed(plan: Plan) -> list[Forecast]:

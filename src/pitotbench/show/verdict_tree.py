@@ -102,7 +102,7 @@ def account_tree(account: Account) -> list[Node]:
             if clearest
             else []
         ),
-        *pilot_card(words(account.following), account.legs),
+        *pilot_card(words(account.following), account.legs, SOURCES),
         *_closed(account),
         *_added(account),
         *_flights(account),

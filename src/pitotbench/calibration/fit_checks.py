@@ -24,7 +24,7 @@ from pitotbench.records.calibration import (
     Residuals,
 )
 from pitotbench.records.legs import FixedSpeedPoint
-from pitotbench.records.log import Caution, FlightLog
+from pitotbench.records.log import Caution, CurveMove, FlightLog
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
 
 # Checks that a log determines the requested answer. A number that it does not determine is never
@@ -176,7 +176,6 @@ _FEWEST_MEANS = 4
 # probability of so much disagreement by chance: below it triangle and height are not averaged, but
 # mixed (`location`)
 DISAGREE = 0.001
-_LEAST_MOVED = 0.25  # of the bound: where the height moves the curve by less, it is within it
 _CLEAR = 3.0  # standard errors beyond which samples disagree
 _BOUNDS = 1.5  # times 2σ, likewise
 _LEAST_OFF = 0.5 * KNOT  # m/s, likewise
@@ -211,8 +210,9 @@ def disagreements(
             "than chance, and the bound holds both. The temperature or the height may be off by "
             "more than stated, or the wind may follow the speeds flown"
         )
-        if moved[most] > _LEAST_MOVED * curve.two_sigma[most]:
-            found.append(Disagreement("height", words, float(moved[most]), fatal=False))
+        moves = CurveMove(float(moved[most]), float(moved[most] / curve.two_sigma[most]))
+        if moves.matters:
+            found.append(Disagreement("height", words, moves.most, fatal=False))
     off, at = _samples_off(residuals, curve, _SMOOTH_OVER if drifting else _MEAN_OVER)
     if off > 0.0:
         words = (

@@ -61,8 +61,8 @@ class Disagreement:
     """Two findings of one log that contradict each other, in words.
 
     `kind` is `height`, `samples`, `fixed_speed`, `reading`, `scale` or `pitot`; `size` is the
-    largest difference [m/s], of a `reading` what it moves in the curve. One that is `fatal` is not
-    held by the bound.
+    largest difference [m/s], of a `height` or a `reading` what it moves in the curve. One that is
+    `fatal` is not held by the bound.
     """
 
     kind: str

@@ -173,11 +173,8 @@ _ASSUMED = (
 _READ = ("log", "faulty rows", "flight left out", "own curves", "display steps", COUNTED_ONCE)
 
 
-_OF_CURVE = (
-    "reading",
-    "samples",
-    "fixed_speed",
-)  # kinds whose size is that of a difference of curves
+# Kinds whose size is that of a difference of curves.
+_OF_CURVE = ("height", "reading", "samples", "fixed_speed")
 
 
 def _code(warning: str) -> str:

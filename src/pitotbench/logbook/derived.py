@@ -413,10 +413,9 @@ def _velocity_from_position(
     odd = (np.diff(np.flatnonzero(runs_on)) > 1) | (
         odd if np.mean(odd) < _FEW_ODD else steps > _PAUSE * usual
     )
-    places, reach = np.arange(len(rows)), max(1, round(_HALF_BASE / usual))
-    before, after = np.maximum(places - reach, 0), np.minimum(places + reach, len(rows) - 1)
+    reach = max(1, round(_HALF_BASE / usual))
     counted = np.r_[0, np.cumsum(odd)]
-    base = np.where(counted[after] > counted[before], np.nan, moments[after] - moments[before])
+    apart = np.where(counted[reach:] > counted[:-reach], np.nan, moments[reach:] - moments[:-reach])
     phi = latitude[rows]
     bent = 1.0 - _ECCENTRICITY_SQUARED * np.sin(phi) ** 2
     meridian, parallel = (
@@ -424,10 +423,11 @@ def _velocity_from_position(
         _EQUATOR * np.cos(phi) / np.sqrt(bent),
     )
     turn = np.unwrap(longitude[rows])
-    chords = np.stack(
-        [meridian * (phi[after] - phi[before]), parallel * (turn[after] - turn[before])]
-    )
-    (north, east), (speed, heading) = _along_arcs(draft, rows, chords / base, base)
+    chords = [
+        0.5 * (scale[reach:] + scale[:-reach]) * (at[reach:] - at[:-reach])
+        for scale, at in ((meridian, phi), (parallel, turn))
+    ]
+    (north, east), (speed, heading) = _along_arcs(draft, rows, np.stack(chords) / apart, apart)
     last = np.searchsorted(rows, np.arange(len(time)), side="right") - 1
     for name, values in (("velocity_north", north), ("velocity_east", east)):
         held = np.where(last >= 0, values[np.maximum(last, 0)], np.nan)
@@ -440,33 +440,48 @@ def _velocity_from_position(
     draft.warnings.append(
         f"the ground velocity is formed from {draft.columns['latitude']!r} and "
         f"{draft.columns['longitude']!r} over "
-        f"{float(np.nanmedian(base)):.2g} s, along arcs in turns: ±{2.0 * noise:.2g} m/s of noise (2σ)"
+        f"{2.0 * float(np.nanmedian(apart)):.2g} s, along arcs in turns: ±{2.0 * noise:.2g} m/s of noise (2σ)"
     )
-    header[OF_FIXES] = float(np.nanmedian(base))
+    header[OF_FIXES] = 2.0 * float(np.nanmedian(apart))
     receiver = USUAL_ACCURACIES["velocity_mps"]
     _state_accuracy(header, "velocity_mps", float(np.hypot(receiver, 2.0 * noise)))
 
 
 def _along_arcs(
-    draft: Draft, rows: NDArray[np.intp], chords: Array, base: Seconds
+    draft: Draft, rows: NDArray[np.intp], chords: Array, apart: Seconds
 ) -> tuple[Array, Array]:
-    """Return the velocities (2, k) [m/s] along the arcs of which fixes in `rows` (k,) give the
-    chords over `base` [s], and speed and heading through the air, (2, k) [m/s, rad].
+    """Return the velocities (2, k) [m/s] at the fixes in `rows` (k,), along the arcs of which
+    `chords` (2, k − r) [m/s] lead from each fix over the time `apart` [s] to the r-th after it, and
+    speed and heading through the air, (2, k) [m/s, rad].
 
     A chord is shorter than its arc by sin(θ/2)/(θ/2), with θ the turn *through the air* in the
-    time between: over the ground a wind makes the same circle tight here and wide there.
+    time between: over the ground a wind makes the same circle tight here and wide there. A fix has
+    the mean speed and the mean heading of the arcs before and after it.
     """
-    arcs, time, heading = chords, draft.channels["time"][rows], np.full(len(rows), np.nan)
+    time, reach = draft.channels["time"][rows], len(rows) - chords.shape[1]
+    middle = time[: len(time) - reach] + 0.5 * apart
+    known, heading = np.isfinite(chords[0]), np.full(len(middle), np.nan)
+    at_fixes = _at_fixes(chords, reach)
     for _ in range(_ARC_PASSES):
-        wind = _wind_among(draft, rows, arcs)
-        north, east = arcs - wind
-        known = np.isfinite(north)
+        wind = _wind_among(draft, rows, at_fixes)
+        north, east = chords - wind
         heading[known] = np.unwrap(np.arctan2(east, north)[known])
         ahead, behind = (
-            np.interp(time + at * base, time[known], heading[known]) for at in (0.5, -0.5)
+            np.interp(middle + at * apart, middle[known], heading[known]) for at in (0.5, -0.5)
         )
-        arcs = wind + (chords - wind) / np.sinc(0.5 * (ahead - behind) / np.pi)
-    return arcs, np.stack([np.hypot(*(arcs - wind)), heading])
+        speed = np.hypot(north, east) / np.sinc(0.5 * (ahead - behind) / np.pi)
+        polar = _at_fixes(np.stack([speed, heading]), reach)
+        at_fixes = wind + polar[0] * np.stack([np.cos(polar[1]), np.sin(polar[1])])
+    return at_fixes, polar
+
+
+def _at_fixes(between: Array, reach: int) -> Array:
+    """The mean of what is between fixes (m, k − r), before and after each fix, (m, k); at either
+    end that of the one side.
+    """
+    after = np.pad(between, ((0, 0), (0, reach)), "edge")
+    before = np.pad(between, ((0, 0), (reach, 0)), "edge")
+    return np.asarray(0.5 * (before + after))
 
 
 def _wind_among(draft: Draft, rows: NDArray[np.intp], velocity: Array) -> Array:

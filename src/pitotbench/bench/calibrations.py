@@ -148,6 +148,7 @@ def calibrate_each(
     from pitotbench.calibration.fit_checks import with_points
     from pitotbench.calibration.flown_tracks import one_sided
     from pitotbench.calibration.leg_points import cross_check
+    from pitotbench.calibration.options import stated_wind
     from pitotbench.logbook.same_flight import distinct, recorders_notices
 
     if options is not None and choices:
@@ -182,7 +183,7 @@ def calibrate_each(
             whole,
             curve=replace(whole.curve, published=published),
             residual_two_sigma=scatter,
-            one_sided=one_sided(flight.log, whole),
+            one_sided=() if stated_wind(chosen.wind) else one_sided(flight.log, whole),
             provenance=made,
         )
         return as_given(replace(flight, calibration=whole))

@@ -20,7 +20,7 @@ from pitotbench.calibration.altitude import (
     altitude_regression,
 )
 from pitotbench.calibration.observations import Blocks, Observations
-from pitotbench.calibration.options import PRIORS, Priors
+from pitotbench.calibration.options import PRIORS, Priors, StatedWind
 from pitotbench.calibration.prediction import (
     Nuisance,
     PredictionModel,
@@ -50,7 +50,7 @@ class Structure:
     """The structure to be fitted: the prediction, the nuisances, the equations and the priors.
 
     `drifting` states whether the wind drifts. `altitude` holds the rows of the altitude equation,
-    for an error of the static source in a log with heights.
+    for an error of the static source in a log with heights. `wind` is the one that is stated.
     """
 
     model: PredictionModel
@@ -58,6 +58,7 @@ class Structure:
     drifting: bool
     priors: Priors = PRIORS
     altitude: AltitudeRows | None = None
+    wind: StatedWind | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,13 +146,18 @@ def linearize(
 
 def _priors(structure: Structure, theta: Array) -> tuple[Array, Array]:
     """The precisions of the rival priors, (r, p + m), and their mean (p + m,), of a correction to
-    θ (p,): the model's of its parameters, none of the wind, the accuracies' of the nuisances.
+    θ (p,): the model's of its parameters, that of a wind which is stated, the accuracies' of the
+    nuisances.
     """
     model, law = structure.model, structure.model.error.precisions
     winds = np.zeros((len(law), model.count - model.error_count))
     known = np.array([1.0 / n.deviation**2 for n in structure.nuisances])
     mean = np.zeros(model.count + len(known))
     mean[: model.error_count] = -theta[: model.error_count]
+    if (wind := structure.wind) is not None:
+        winds[:, :2] = 1.0 / wind.deviation**2
+        at = slice(model.error_count, model.error_count + 2)
+        mean[at] = np.array([wind.north, wind.east]) - theta[at]
     return np.hstack([law, winds, np.tile(known, (len(law), 1))]), mean
 
 

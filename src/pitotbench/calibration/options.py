@@ -2,9 +2,10 @@
 show.
 """
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
-from math import inf, isfinite
+from math import cos, inf, isfinite, pi, radians, sin
 from types import MappingProxyType
 from typing import Any
 
@@ -15,7 +16,7 @@ from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Assumption
 from pitotbench.records.calibration_request import CalibrationChoices, asked_fields
 from pitotbench.records.calibration_request import Unstated as Unstated
-from pitotbench.units import SUFFIXES
+from pitotbench.units import KNOT, SUFFIXES
 
 # K, 2σ: departure of a day from the standard one, for a log without temperature. Five days of
 # measured logs were +9.8, +10.7, 0, −4 and −1 K off; it allows for so few.
@@ -275,6 +276,45 @@ METHODS = ("covering", "paper")
 ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
 WINDS = ("constant", "checked", "linear", "drifting")
 LATENCIES = ("given", "checked", "estimated")
+_STATED_WIND = re.compile(
+    r"(?P<speed>\d+(\.\d+)?)\s*((±|\+-|\+/-|/)\s*(?P<spread>\d+(\.\d+)?))?\s*"
+    r"(@\s*(?P<direction>\d+(\.\d+)?)\s*°?)?"
+)
+_WIND_SPREAD = 2.0 * KNOT  # 2σ of a wind that is stated without one: of a report nearby
+_FASTEST_WIND = 250.0  # kt
+
+
+@dataclass(frozen=True, slots=True)
+class StatedWind:
+    """A mean wind toward north and east [m/s], and the deviation of each component (1σ)."""
+
+    north: float
+    east: float
+    deviation: float
+
+
+def stated_wind(text: str) -> StatedWind | None:
+    """Return the wind of a text such as `0`, `8@250` or `8±1@250` (kt from °, 2σ after the sign);
+    None for another text.
+
+    Without `±` it has 2 kt (2σ). Raises BadInputError for a wind without its direction, and for one
+    that never blows.
+    """
+    found = _STATED_WIND.fullmatch(text.strip())
+    if found is None:
+        return None
+    speed, direction = float(found["speed"]), found["direction"]
+    if (speed > 0.0 and direction is None) or speed > _FASTEST_WIND:
+        raise BadInputError(
+            f"wind {text!r}: state it in kt with where it is from, such as 8@250, 8±1@250 or 0"
+        )
+    spread = _WIND_SPREAD if found["spread"] is None else float(found["spread"]) * KNOT
+    if not spread > 0.0:
+        raise BadInputError(f"wind {text!r}: its ± is to be above zero")
+    toward = radians(float(direction or 0.0)) + pi
+    return StatedWind(speed * KNOT * cos(toward), speed * KNOT * sin(toward), 0.5 * spread)
+
+
 LONGEST_LATENCY = 10.0  # s: receivers are late by tenths of a second; more is another unit
 
 
@@ -297,7 +337,8 @@ class CalibrationOptions(CalibrationChoices):
     wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
     wind: `constant`; `checked`, constant or changing, averaged by evidence, with a warning where
     the log shows a change; `linear` in time, and in height where the log climbs; `drifting`, a slow
-    Gauss-Markov process whose size is estimated (method `covering`). gps_latency [s]: time by which
+    Gauss-Markov process whose size is estimated (method `covering`); or a stated one, constant with
+    a prior, as `stated_wind` reads it. gps_latency [s]: time by which
     GPS velocity is stamped late; it is subtracted.
     latency: `given`; `checked`, a column with a prior; `estimated`, the same, which refuses a log
     that does not determine it.
@@ -316,11 +357,13 @@ class CalibrationOptions(CalibrationChoices):
         for kind, value, known in (
             ("method", self.method, METHODS),
             ("error location", self.error_location, ERROR_LOCATIONS),
-            ("wind", self.wind, WINDS),
             ("latency", self.latency, LATENCIES),
         ):
             if value not in known:
                 raise BadInputError(explain(kind, value, list(known)))
+        if stated_wind(self.wind) is None and self.wind not in WINDS:
+            words = explain("wind", self.wind, list(WINDS))
+            raise BadInputError(f"{words} Or state it: 0, 8@250, 8±1@250 (kt from °)")
         if self.mach_max is not None and not self.mach_max > 0.0:
             raise BadInputError(f"the Mach limit is {self.mach_max:g}: it must be above zero")
         if not 0.0 <= self.ground_speed_min < inf:

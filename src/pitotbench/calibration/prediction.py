@@ -18,6 +18,7 @@ from pitotbench.calibration.options import (
     Priors,
     accuracies_of,
     priors_of,
+    stated_wind,
 )
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import Noise
@@ -535,7 +536,7 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         _of_pressure("turn_lift", priors.turn_lift, _turn_lift(obs)),
     )
     change = priors.wind_change_mps
-    layers = () if options.wind == "constant" else _layers(obs, change)
+    layers = () if options.wind == "constant" or stated_wind(options.wind) else _layers(obs, change)
     linear = _linear_wind(obs, change) if options.wind == "linear" else ()
     return (*(n for n in known if n.deviation > 0.0), *linear, *layers)
 

@@ -37,6 +37,7 @@ from pitotbench.calibration.options import (
     assumptions_of,
     priors_of,
     stated_of,
+    stated_wind,
 )
 from pitotbench.calibration.output_error import (
     OutputErrorFit,
@@ -196,8 +197,10 @@ def _relevant_assumptions(
             else each
             for each in assumed
         )
-    return tuple(
-        each for each in assumed if each.two_sigma > 0.0 or getattr(USUAL, each.name) > 0.0
+    wind = stated_wind(options.wind)
+    return (
+        *(each for each in assumed if each.two_sigma > 0.0 or getattr(USUAL, each.name) > 0.0),
+        *([] if wind is None else [Assumption("wind_mps", 2.0 * wind.deviation, "stated")]),
     )
 
 
@@ -319,7 +322,8 @@ def _along_path(
 def _structure(
     model: PredictionModel, options: CalibrationOptions, obs: Observations, drifting: bool
 ) -> Structure:
-    return Structure(model, nuisances_of(options, obs), drifting, priors_of(options.priors))
+    priors, wind = priors_of(options.priors), stated_wind(options.wind)
+    return Structure(model, nuisances_of(options, obs), drifting, priors, wind=wind)
 
 
 def _white_fit(

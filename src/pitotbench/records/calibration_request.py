@@ -188,7 +188,8 @@ class CalibrationChoices:
         Unstated("constant"),
         "--wind",
         "constant, checked (constant or changing, averaged by evidence; drifting in a long "
-        "flight), linear (in time and height) or drifting (default: checked)",
+        "flight), linear (in time and height) or drifting (default: checked); or what it was: 0, "
+        "8@250 (kt from °, 2 kt where no ± stands), 8±1@250",
     )
     gps_latency: float = option(0.0, unit="s")
     latency: str = option(

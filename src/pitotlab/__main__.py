@@ -15,6 +15,7 @@ COMMANDS = {
     "tables": "pitotlab.tables:command",
     "study": "pitotlab.study.conduct:command",
     "study methods": "pitotlab.study.methods:command",
+    "stale": "pitotlab.stale:command",
     "coverage": "pitotlab.coverage:command",
     "aircraft": "pitotlab.aircraft:command",
     "nulls": "pitotlab.null_tables:command",

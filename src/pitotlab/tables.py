@@ -26,6 +26,7 @@ from pitotbench.show.columns import Column, Row, shown_columns
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import from_si
+from pitotlab.made import read_made
 from pitotlab.study.rules import RULES
 
 if TYPE_CHECKING:
@@ -150,6 +151,13 @@ def claim_rows() -> Rows:
         ]
 
 
+def made_rows() -> Rows:
+    """Yield a row for each table of results: what it stands behind, and how it was made."""
+    for made in read_made():
+        command = f"`python -m pitotlab {made.command}`"
+        yield [made.table, made.rows, made.build, made.date, made.seeds, command]
+
+
 # Page and heading line of each table, and its rows.
 TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
     ("effects.md", "| best shown by | what to fly | maneuvers |"): excitation_rows,
@@ -163,6 +171,7 @@ TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
     ("contract.md", "| command | arguments | flags |"): command_rows,
     ("contract.md", "| name | what it is |"): python_rows,
     ("claims.md", "| claim | the paper | measured | reproduced | in part |"): claim_rows,
+    ("how-good-is-it.md", "| table | rows | build | date | seeds | command |"): made_rows,
     ("method.md", "| prior | usual value | unit | usual range | why |"): prior_rows,
 }
 

@@ -1,0 +1,65 @@
+"""A table of another build is named; one that this build gives again is not."""
+
+from dataclasses import replace
+
+import pytest
+
+from pitotlab import stale as module
+from pitotlab.__main__ import main
+from pitotlab.made import Made, read_made
+from pitotlab.stale import KEPT, Digits, digits_of, moved, read_digits, stale
+
+KNOWN = Digits("study", "smooth rapid_decel 7700001", 1.0, 0.5)
+NOWHERE = Digits("study", "refused", float("nan"), float("nan"))
+
+
+def test_every_table_says_how_it_was_made():
+    made = read_made()
+    assert all(all(vars_of(each)) for each in made)
+    assert len({each.table for each in made}) == len(made)
+    rows = {int(row) for each in made for row in each.rows.split(", ") if row != "–"}
+    assert rows == set(range(1, 13))
+
+
+def vars_of(made):
+    return [getattr(made, name) for name in Made.__slots__]
+
+
+def test_ten_flights_of_a_table_are_kept():
+    digits = read_digits()
+    assert digits.keys() <= KEPT.keys() & {each.table for each in read_made()}
+    for table, kept in digits.items():
+        assert [each.flight for each in kept] == [*KEPT[table][0]]
+        assert len(kept) == 10
+
+
+def test_a_flight_moves_by_more_than_a_hundredth_of_its_bound():
+    for change in ({"value": 1.0049}, {"value": 0.9951}, {"two_sigma": 0.5049}):
+        assert moved([KNOWN], [replace(KNOWN, **change)]) == []
+    for change in ({"value": 1.0051}, {"two_sigma": 0.4949}):
+        assert moved([KNOWN], [replace(KNOWN, **change)])[0][0] == KNOWN
+    assert moved([NOWHERE], [NOWHERE]) == []
+    assert len(moved([KNOWN, NOWHERE], [NOWHERE, KNOWN])) == 2
+
+
+@pytest.mark.parametrize("table", [name for name in ("study",) if name in read_digits()])
+def test_the_build_gives_the_digits_of_its_tables(table):
+    (kept, *_) = read_digits()[table]
+    assert moved([kept], digits_of(table, [kept.flight])) == []
+
+
+def test_a_stale_table_is_listed_and_ends_with_one(monkeypatch, capsys):
+    made = Made("study", "4", "0000000", "2026-11-29", "1", "study")
+    value = [1.0]
+    monkeypatch.setattr(module, "read_made", lambda: [made])
+    monkeypatch.setattr(module, "read_digits", lambda: {"study": [KNOWN]})
+    monkeypatch.setitem(KEPT, "study", ((KNOWN.flight,), lambda flight: (value[0], 0.5)))
+    assert stale() == []
+    assert main(["stale"]) == 0
+    value[0] = 1.1
+    assert main(["stale"]) == 1
+    said = capsys.readouterr().out
+    assert "study (2026-11-29, 0000000, ? commits to the calibration): 1 of 1 flights moved" in said
+    assert "20% of 2σ" in said
+    monkeypatch.setattr(module, "read_digits", lambda: {})
+    assert "keeps no digits" in stale()[0]

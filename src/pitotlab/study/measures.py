@@ -323,7 +323,8 @@ def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
         changed, log = logs[reduction.sensing]
         row, result = fit(changed, log, reduction)
         rows.append(row)
-        if sortie.curves and result is not None and reduction.change == WALK["change"]:
+        walk = {"change": reduction.change, "level": reduction.level}
+        if sortie.curves and result is not None and walk == WALK:
             curves += curve_rows(changed, reduction, result)
             if reduction.options.method == "paper":
                 curves += data_rows(log, reduction, result)

@@ -148,3 +148,17 @@ def test_the_plan_explains_a_fifth_of_the_seeds(seeds):
     keys = [(s.setting, s.variant, s.case.maneuver, s.case.truth_seed) for s in flown]
     assert len(keys) == len(set(keys))
     assert {s.case.maneuver for s in flown} == {*PAPER_MANEUVERS, BOTH_WAYS}
+
+
+def test_the_pictures_of_the_airplane_are_of_one_wind():
+    """Other walks are fitted from the same flight; their curves would cross in the same picture."""
+    case = Case(maneuver="rapid_decel", turbulence="none")
+    walks = tuple(
+        Reduction("20/1", replace(PAPER, on_condition=True), "wind walk", level)
+        for level in (0.5, 1.0, 2.0)
+    )
+    measured = measures.measure_sortie(Sortie("airplane", case, walks, curves=True))
+    speeds = [row["airspeed_kt"] for row in measured.curves if row["kind"] == "paper"]
+    assert len(speeds) == len(set(speeds)) > 10
+    residuals = {row["residual_two_sigma_kt"] for row in measured.fits}
+    assert len(residuals) == len(walks)

@@ -398,6 +398,27 @@ def test_of_one_drop_a_log_that_is_read_is_shown() -> None:
     asyncio.run(run())
 
 
+def test_a_file_that_is_dropped_twice_is_listed_once(tmp_path) -> None:
+    first, copy, other = (tmp_path / name for name in ("a.csv", "copy of a.csv", "b.csv"))
+    for path, text in ((first, "1"), (copy, "1"), (other, "2")):
+        path.write_text(text, encoding="utf-8")
+
+    async def run() -> None:
+        replies = [
+            ("found", (replace(found(path.name), log=NamedFile(path, path.name)),))
+            for path in (first, other, copy)
+        ]
+        desk = Desk(Store(), Prepared(False, *replies))  # type: ignore[arg-type]
+        for path in (first, other, copy):
+            desk.add(path, {path.name: path.name})
+            await asyncio.sleep(0.15)
+        assert [each.log.name for each in desk.found] == ["a.csv", "b.csv"]
+        assert desk.chosen == (0,)
+        desk.close()
+
+    asyncio.run(run())
+
+
 def test_a_flight_is_removed_and_the_choice_of_others_stays() -> None:
     async def run() -> None:
         desk = Desk(Store(), Recorder())  # type: ignore[arg-type]

@@ -5,6 +5,7 @@ tabs that show it.
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from filecmp import cmp
 from pathlib import Path
 from typing import Any
 
@@ -136,6 +137,9 @@ class Desk:
         def then(name: str, reply: Any) -> None:
             if name == "refusal":
                 reply = (Found(NamedFile(place, shown), FlightSummary(shown, reply)),)
+            if len(reply) == 1 and (copies := self._copies(reply[0].log)):
+                self.choose(copies[:1])
+                return
             places = range(len(self.found), len(self.found) + len(reply))
             self.found += reply
             self.store.known += [each.log for each in reply]
@@ -149,6 +153,16 @@ class Desk:
                 self.choose((read or strange or logs)[:1])
 
         self._ask(f"reading {shown}", then, question, place, names, self.store.new_folder())
+
+    def _copies(self, log: NamedFile) -> list[int]:
+        """The places of files with the same content: a flight is listed once."""
+        return [
+            place
+            for place, each in enumerate(self.found)
+            if each.log.path.is_file()
+            and log.path.is_file()
+            and cmp(each.log.path, log.path, False)
+        ]
 
     def choose(self, places: Sequence[int]) -> None:
         """Choose the logs that are asked, by their places in the list."""

@@ -200,7 +200,9 @@ def test_an_airplane_as_its_file_says_differs_in_nothing():
 
 
 def test_a_term_that_only_this_file_has_is_found_by_its_function():
-    (gap,) = _reconciled(_maneuver(7, _scaled("Cnp", 1.9))).verdict.gaps
+    outcome = _reconciled(_maneuver(7, _scaled("Cnp", 1.9)))
+    (gap,) = outcome.verdict.gaps
+    assert outcome.account.legs == ()  # who flew no card of the bench is given none
     assert gap.causes[0].name == "yaw_moment_by_roll_rate/aero/coefficient/Cnp"
     assert abs(gap.causes[0].sizes[0].value - 0.9) < gap.causes[0].sizes[0].two_sigma < 0.3
 

@@ -13,6 +13,7 @@ from rich.console import Console
 from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.residuals import UNITS as RESIDUAL_UNITS
 from pitotbench.records.calibration import Estimate
+from pitotbench.records.forecast import BriefedLeg
 from pitotbench.records.gap import (
     Account,
     CalibrationChange,
@@ -52,7 +53,7 @@ from pitotbench.show.gap_words import (
 )
 from pitotbench.show.renderers import print_tree
 from pitotbench.show.style import Panel, drawing, stacked
-from pitotbench.show.tree import SOURCES
+from pitotbench.show.tree import SOURCES, Heading
 from pitotbench.show.verdict import account_json, candidate_columns
 from pitotbench.show.verdict_tree import account_page, account_tree, reconciliation_record
 from pitotbench.show.words import CHANNELS, heading, name_and_unit, size_words, words
@@ -591,3 +592,11 @@ def test_a_loop_that_patched_nothing_says_so():
     assert account_json(closed())["closed"]["aircraft"] is None
     assert account_json(account())["closed"] is None
     assert "The loop closed" not in account_page(account())
+
+
+def test_the_card_of_the_next_flight_is_folded_away():
+    """Its rows would stand before what is added to the model."""
+    leg = BriefedLeg("leg 160 kt", 30.0, 0.0, 0.0, 82.3)
+    nodes = account_tree(replace(account(), following="four_leg", legs=(leg,)))
+    (card,) = [n for n in nodes if isinstance(n, Heading) and n.text.startswith("The card for")]
+    assert card.depth == SOURCES

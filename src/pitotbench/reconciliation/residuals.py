@@ -263,8 +263,10 @@ def _temperature(track: Track, grid: Grid) -> dict[str, Array]:
 
 
 def _attitude_rates(track: Track, grid: Grid) -> dict[str, Array]:
-    """The gyros less the change of the attitude, about the body axes, over each step."""
-    if not all(name in track for name in (*ATTITUDE, *RATES)):
+    """The gyros less the change of the attitude, about the body axes, over each step; not where the
+    track holds angular accelerations, whose rates were derived from the same records.
+    """
+    if MOMENTS[0] in track or not all(name in track for name in (*ATTITUDE, *RATES)):
         return {}
     told = euler_rates(*(track[name] for name in (*RATES, "roll", "pitch")))
     gap = [

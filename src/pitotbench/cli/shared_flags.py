@@ -165,7 +165,30 @@ def _no_log(path: Path, error: BadInputError) -> str:
         )
     if is_points_table(path):
         return f"{path}: a card of legs, no log: `pitotbench fixed-speed {path}` reads it"
-    return f"{error}. `pitotbench map {path} -o mapping.toml` drafts one: {_drafted(path)}"
+    return (
+        _no_airspeed(path)
+        or f"{error}. `pitotbench map {path} -o mapping.toml` drafts one: {_drafted(path)}"
+    )
+
+
+def _no_airspeed(path: Path) -> str:
+    """Return what a file of a foreign recorder holds that lacks an airspeed alone; empty for
+    another.
+    """
+    from pitotbench.logbook.drafting import draft_mapping, lacks_airspeed
+    from pitotbench.logbook.reading import read_table
+
+    with suppress(BadInputError):
+        drafted = draft_mapping(read_table(path))
+        if lacks_airspeed(drafted):
+            held = ", ".join(
+                f"{line.guess.theirs} ({line.guess.quantity})" for line in drafted.lines
+            )
+            return (
+                f"{path}: no airspeed is logged: no column is one, nor an impact pressure. The file "
+                f"holds {held.replace('_', ' ')}. Give the log of the box that shows the airspeed"
+            )
+    return ""
 
 
 def _drafted(path: Path) -> str:

@@ -18,6 +18,7 @@ import tomli_w
 
 from pitotbench.logbook.columns import Column, Table, parse_header, require_few_columns
 from pitotbench.logbook.damage import complete
+from pitotbench.logbook.other_kinds import headless
 from pitotbench.records import BadInputError
 from pitotbench.records.intake import MOST_UNPACKED
 from pitotbench.units import Array
@@ -85,6 +86,8 @@ def _read(file: BinaryIO) -> Table:
             + "; copy it again from its source"
         )
     delimiter = _delimiter(first_line, below[-1])
+    if words := headless(_cells(first_line, delimiter)):
+        raise BadInputError(words)
     require_few_columns(first_line.count(delimiter.encode()) + 1)
     cells = [_cells(line, delimiter) for line in below]
     between = _lines_between(cells)

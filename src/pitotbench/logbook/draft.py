@@ -36,6 +36,7 @@ _INSTEAD = {
     "velocity_north": " or ground_speed_kt with track_deg or latitude_deg with longitude_deg",
 }
 _HEIGHT_IS_ENOUGH = " A height that you know is enough: --height 2000 (ft) or 600m states it."
+_NO_AIRSPEED = " No airspeed is logged: give the log of the box that shows it."
 _SHOWN_RANGES = 5
 _FEWEST_ROWS = 2
 _FEWEST_OURS = 3  # names of needed quantities that a log of ours has, whatever else it lacks
@@ -199,10 +200,11 @@ def require(draft: Draft) -> None:
         for name in _NEEDED
         if name not in draft.channels
     ]
+    air_data = (
+        " or ".join(QUANTITIES[name].column for name in _EITHER) + _INSTEAD["impact_pressure"]
+    )
     if not any(name in draft.channels for name in _EITHER):
-        missing.append(
-            " or ".join(QUANTITIES[name].column for name in _EITHER) + _INSTEAD["impact_pressure"]
-        )
+        missing.append(air_data)
     # A log of ours is to be corrected; that of another recorder has names of its own.
     needed = [name for name in draft.misnamed if name.startswith(_NEEDED + _EITHER)]
     if missing and len(missing) <= len(needed):
@@ -217,6 +219,8 @@ def require(draft: Draft) -> None:
         )
         if missing == [f"{QUANTITIES['static_pressure'].column}{_INSTEAD['static_pressure']}"]:
             hints += _HEIGHT_IS_ENOUGH
+        elif missing == [air_data]:
+            hints += _NO_AIRSPEED
         raise MissingColumnsError(
             f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} (or in another "
             f"unit).{hints} "

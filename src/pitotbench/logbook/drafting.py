@@ -463,6 +463,13 @@ def draft_mapping(table: Table) -> DraftedMapping:
     return DraftedMapping(lines, lacking, unused, refusal, ranges)
 
 
+def lacks_airspeed(drafted: DraftedMapping) -> bool:
+    """Return whether a file holds a time and a velocity or a position, and no airspeed."""
+    lacking = set(drafted.missing)
+    time, airspeed, _, *velocity = (" or ".join(names) for names in _NEEDED)
+    return airspeed in lacking and not lacking & {time, *velocity}
+
+
 def read_by_draft(table: Table) -> Table | None:
     """Return a table under our names by the draft of its columns, with a remark that says how each
     was read; what raises a question is left out. None where something that a log needs is not sure.

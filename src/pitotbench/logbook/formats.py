@@ -14,6 +14,7 @@ from pitotbench.logbook.csv import read_csv, write_csv
 from pitotbench.logbook.dataflash import is_dataflash, read_messages
 from pitotbench.logbook.mapping import MappedFile
 from pitotbench.logbook.matlab import read_mat, write_mat
+from pitotbench.logbook.other_kinds import NOT_READ
 from pitotbench.logbook.parquet import read_parquet, write_parquet
 from pitotbench.logbook.recorder_files import read_igc
 from pitotbench.logbook.ulog import read_topics
@@ -67,10 +68,12 @@ def format_of(path: Path) -> Format:
     the table.
     """
     suffix = path.suffix.lower()
+    if suffix in NOT_READ:
+        raise BadInputError(NOT_READ[suffix])
     if suffix not in FORMATS:
         raise BadInputError(
-            f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or "
-            "convert it "
+            f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}: write it as one "
+            "of these with the program that made it "
             f"(read only: {', '.join(dict.fromkeys([*READ_ONLY, *TOPIC_READERS]))})"
         )
     return FORMATS[suffix]

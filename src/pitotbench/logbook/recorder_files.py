@@ -44,6 +44,9 @@ _CHANNELS: dict[str, tuple[str, int]] = {
 }
 
 
+_AIRSPEEDS = ("indicated_airspeed", "true_airspeed")
+
+
 def read_igc(path: Path) -> Table:
     """Return the fixes of a recorder, packed or not, as columns of ours.
 
@@ -92,6 +95,13 @@ def read_igc(path: Path) -> Table:
             "an extension of the fixes"
         )
     columns = _columns(fixes[valid], extensions)
+    if not any(name.startswith(_AIRSPEEDS) for name in columns):
+        named = ", ".join(sorted(spans)) or "no extension"
+        raise BadInputError(
+            f"this recorder logged no airspeed: its I record names {named}, and an airspeed stands "
+            "in IAS or TAS. Give the log of a recorder that is connected to the air data, such as a "
+            "flight computer"
+        )
     kept = ((name, re.search(pattern, data, re.MULTILINE)) for name, pattern in _KEPT.items())
     header = {name: found[1].decode("utf-8", "replace").strip() for name, found in kept if found}
     header[KIND] = "glider"

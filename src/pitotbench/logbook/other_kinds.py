@@ -1,0 +1,38 @@
+"""What a file is that is no log, by its suffix or its first line, and what its owner can do with it."""
+
+import re
+from collections.abc import Sequence
+
+# Suffix: what it is, and the way to a log.
+_KINDS = {
+    ".xlsx .xls .xlsm .ods .numbers": "a spreadsheet: save its sheet as CSV (UTF-8), and give that",
+    ".tlog": "telemetry of MAVLink: give the log that the autopilot wrote itself (.bin, .ulg); it "
+    "holds the sensors at their own rates",
+    ".bbl .bfl": "a Blackbox recording: `blackbox_decode FILE` of blackbox-tools writes the CSV that "
+    "is read",
+    ".gpx .kml .kmz .tcx .fit .nmea": "a track of positions, without an airspeed: give the log of the "
+    "box that shows the airspeed",
+    ".json": "a JSON file: write its values as a CSV table with a row a moment, and give that",
+    ".7z .rar .tar .tgz .gz": "a packed file: unpack it, or pack it as .zip, and give that",
+}
+NOT_READ = {suffix: words for each, words in _KINDS.items() for suffix in each.split()}
+_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
+
+
+def headless(names: Sequence[str]) -> str:
+    """Return what to do with a table whose line of names holds numbers alone; empty for another."""
+    if not names or not all(_NUMBER.fullmatch(name) for name in names):
+        return ""
+    channel = (
+        "; a file of one channel is to be joined with the others of its flight, a column each"
+        if len(names) < _FEWEST_OF_A_LOG
+        else ""
+    )
+    return (
+        "the table has no line of names: a number stands in its first line. Write a line of names "
+        "with their units above it, such as time_s,indicated_airspeed_kt,pressure_altitude_ft,"
+        f"ground_speed_kt,track_deg{channel}"
+    )
+
+
+_FEWEST_OF_A_LOG = 4  # columns: time, airspeed, and a velocity of two

@@ -83,24 +83,25 @@ def of_study(flight: str) -> tuple[float, float]:
     return (found.residual_two_sigma / KNOT,) * 2
 
 
-_COVERAGE = tuple(
-    f"rapid_decel {air} {seed}"
-    for seed, air in zip(
-        range(7_710_001, 7_710_011), ("none", "light", "moderate") * 4, strict=False
-    )
-)
+def _rapid_decels(first: int) -> tuple[str, ...]:
+    airs = ("none", "light", "moderate") * 4
+    return tuple(f"rapid_decel {airs[place]} {first + place}" for place in range(10))
+
+
+_STUDY = [
+    f"smooth {maneuver} {seed}"
+    for maneuver in ("rapid_decel", "step_decrease", "circle")
+    for seed in range(7_700_001, 7_700_004)
+]
 # The name of a table: its flights, and what gives the digits of one.
 KEPT: Mapping[str, tuple[Sequence[str], Callable[[str], tuple[float, float]]]] = {
-    "coverage, the paper's law": (_COVERAGE, partial(of_coverage, LAW)),
-    "coverage, the command's defaults": (_COVERAGE, partial(of_coverage, COMMAND)),
+    "coverage, the paper's law": (_rapid_decels(100_001), partial(of_coverage, LAW)),
+    "coverage, the command's defaults": (_rapid_decels(171_001), partial(of_coverage, COMMAND)),
     "outside": (
         tuple(f"{cell} {seed}" for seed, cell in enumerate(list(CELLS)[:10], start=6_700_000)),
         of_outside,
     ),
-    "study": (
-        tuple(f"smooth rapid_decel {seed}" for seed in range(7_700_001, 7_700_011)),
-        of_study,
-    ),
+    "study": ((*_STUDY, "smooth race_track 7700001"), of_study),
 }
 
 

@@ -4,6 +4,7 @@ code.
 A new table is a function and a line of `TABLES`. What stands around a table is written by hand.
 """
 
+import csv
 import inspect
 import re
 from argparse import ArgumentParser
@@ -26,7 +27,7 @@ from pitotbench.show.columns import Column, Row, shown_columns
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import from_si
-from pitotlab.made import read_made
+from pitotlab.made import RESULTS, read_made
 from pitotlab.study.rules import RULES
 
 if TYPE_CHECKING:
@@ -151,6 +152,13 @@ def claim_rows() -> Rows:
         ]
 
 
+def verdict_rows() -> Rows:
+    """Yield a row for each claim as flown: its verdict and our numbers."""
+    with (RESULTS / "claims.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            yield [row["claim"], row["verdict"], row["ours"]]
+
+
 def made_rows() -> Rows:
     """Yield a row for each table of results: what it stands behind, and how it was made."""
     for made in read_made():
@@ -171,6 +179,7 @@ TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
     ("contract.md", "| command | arguments | flags |"): command_rows,
     ("contract.md", "| name | what it is |"): python_rows,
     ("claims.md", "| claim | the paper | measured | reproduced | in part |"): claim_rows,
+    ("claims.md", "| claim | verdict | ours |"): verdict_rows,
     ("how-good-is-it.md", "| table | rows | build | date | seeds | command |"): made_rows,
     ("method.md", "| prior | usual value | unit | usual range | why |"): prior_rows,
 }

@@ -24,21 +24,24 @@ from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES, StudyTables
 
 EXPLAINED = 5  # one of this many seeds also flies the rare settings and the sweeps
+ANSWERS = "claims.csv"
 _NAMED = 5  # failures that are printed in full
 
 
 def plan_sorties(
-    seeds: int, sweeps: bool = True, first: int = 1, settings: Sequence[str] = tuple(SETTINGS)
+    seeds: int, sweeps: bool = True, first: int = 1, settings: Sequence[str] = ()
 ) -> list[Sortie]:
-    """Return the sorties of `seeds` seeds from `first` on in some settings, the longest first.
+    """Return the sorties of `seeds` seeds from `first` on, the longest first.
 
     All seeds fly the sorties of the claims. A fifth of them also fly the experiments that explain
-    and, with `sweeps`, the sweeps.
+    and, with `sweeps`, the sweeps. Where `settings` are named, all seeds fly all of these alone.
     """
     flown: list[Sortie] = []
     for seed in range(first, first + seeds):
-        rare = seed - first < -(-seeds // EXPLAINED)
-        asked = [s for s in claim_sorties(seed, rare, seed == first) if s.setting in settings]
+        rare = bool(settings) or seed - first < -(-seeds // EXPLAINED)
+        asked = list(claim_sorties(seed, rare, seed == first))
+        if settings:
+            asked = [sortie for sortie in asked if sortie.setting in settings]
         if rare and sweeps:
             flown += [_swept(sortie) for sortie in asked]
             flown += [extra for sweep in SWEEPS.values() for extra in sweep.sorties(seed)]
@@ -59,7 +62,7 @@ def _swept(sortie: Sortie) -> Sortie:
 @dataclass(frozen=True, slots=True)
 class StudyRequest:
     """The request for a study: its seeds (`seeds` from `first` on, of truth and sensors), the settings
-    that are flown, its folders, its processes.
+    that are flown (all where none is named), its folders, its processes.
 
     `sweeps`: answer the open questions of the paper as well. `tables`: the folders `out` of earlier
     runs, whose tables are joined and used instead of new flights.
@@ -67,7 +70,7 @@ class StudyRequest:
 
     seeds: int = 1
     first: int = 1
-    settings: str = ",".join(SETTINGS)
+    settings: str = ""
     sweeps: bool = True
     out: Path = Path("out/study")
     jobs: int | None = None
@@ -98,7 +101,7 @@ def run_study(request: StudyRequest) -> StudyResult:
     """
     if request.tables:
         return _answered(request, _read(request.tables))
-    settings = request.settings.split(",")
+    settings = request.settings.split(",") if request.settings else []
     for name in settings:
         SETTINGS[name]  # raises for an unknown name
     sorties = plan_sorties(request.seeds, request.sweeps, request.first, settings)
@@ -149,6 +152,10 @@ def _answered(request: StudyRequest, evidence: StudyTables) -> StudyResult:
         ) from error
     page = request.out / "report.html"
     write_text(page, study_html(study_page_of(evidence, findings)))
+    told = [(number, found.verdict, found.ours) for number, found in findings.items()]
+    pd.DataFrame(told, columns=["claim", "verdict", "ours"]).to_csv(
+        request.out / ANSWERS, index=False, lineterminator="\n"
+    )
     for name in TABLES:
         with atomic(request.out / f"{name}.parquet") as scratch:
             getattr(evidence, name).to_parquet(scratch, index=False)
@@ -165,7 +172,7 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     add = parser.add_argument
     add("--seeds", type=int, default=1, help="truth and sensor seeds, that many (default: 1)")
     add("--first", type=int, default=1, help="first seed (default: 1)")
-    add("--settings", default=",".join(SETTINGS), help="settings to fly (default: %(default)s)")
+    add("--settings", default="", help=f"fly these alone, in full: {', '.join(SETTINGS)}")
     add("--claims-only", action="store_true", help="leave out what the paper left open")
     add("--jobs", type=int, help="processes (default: one a core)")
     add("--scheduler", help="address of a dask scheduler, tcp://host:port")

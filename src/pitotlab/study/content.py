@@ -190,8 +190,10 @@ def _claim(number: str, finding: Finding) -> Part:
 
 
 def _patterns(evidence: StudyTables) -> list[Lines]:
-    """Draw Fig 3: the ground track of each maneuver without wind."""
-    charts = []
+    """Draw Fig 3: the ground track of each maneuver without wind; nothing where none was flown."""
+    charts: list[Lines] = []
+    if evidence.tracks.empty:
+        return charts
     for maneuver, track in evidence.tracks.groupby("maneuver", sort=False):
         on = track.where(track["on_condition"])
         series = [
@@ -218,6 +220,8 @@ def _questions(evidence: StudyTables) -> list[Part]:
 
 
 def _seeds(seeds: Sequence[int]) -> str:
+    if not seeds:
+        return "No seed"
     return f"Seeds {seeds[0]} to {seeds[-1]}" if len(seeds) > 1 else f"Seed {seeds[0]}"
 
 

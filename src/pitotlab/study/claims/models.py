@@ -245,6 +245,8 @@ def _airplane_table(evidence: StudyTables) -> pd.DataFrame:
     ]
     for name, (setting, change) in AIRS.items():
         share, tau = orders(evidence, setting, change)
+        if not tau.count:
+            continue
         found = {NAMES[m]: text(_straight(evidence, m, setting, change)) for m in PUBLISHED}
         rows.append(
             {

@@ -103,8 +103,8 @@ def slow(evidence: StudyTables) -> Finding:
         RULES["C4"].judge([*rises.values()]),
         f"fixes held: 20/1 is {held.text(0)} % above 50/50 on average ("
         + ", ".join(f"{NAMES[m]} {signed(rise, 0)}" for m, rise in rises.items())
-        + f"). Interpolated, which the paper does not say: {spline.text(0)} %. In light turbulence, "
-        f"held: {light.text(0)} %",
+        + f"). Interpolated, which the paper does not say: {spline.text(0)} %"
+        + (f". In light turbulence, held: {light.text(0)} %" if light.count else ""),
         "Sense the same flights at 20/1 Hz with each of two causes taken away. Cause one: a "
         "velocity that is held for a second is old; interpolate the fixes instead. Cause two: a "
         "receiver alone is noisier than one joined with inertial sensors (0.1 and 0.05 m/s here); "

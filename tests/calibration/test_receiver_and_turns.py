@@ -14,6 +14,7 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import COLUMNS
 from pitotbench.estimation.mixture import Posterior
+from pitotbench.show.calibration import is_doubt
 from pitotbench.units import KNOT
 
 FREE = {"format": "pitotbench flight log 1", "accuracy": fixture.EXACT}
@@ -129,6 +130,44 @@ def test_a_column_of_width_zero_is_left_out_and_a_wider_one_widens_the_bound(nam
         assert (name in [each.name for each in found.shares]) == (width > 0.0)
         widths.append(float(np.mean(found.curve.two_sigma)))
     assert widths[0] < widths[2] or name == "height_latency_s"
+
+
+def test_turns_to_one_side_are_told_with_what_sideslip_in_them_would_move():
+    log = _flown()
+
+    def told(found):
+        return [each for each in found.warnings if each.code == "turns to one side"]
+
+    speed, heading = _circles_and_legs()
+    still = air.true_airspeed(
+        air.impact_pressure(speed), fixture.STATIC_PRESSURE, fixture.AIR_TEMPERATURE
+    )
+    bank = np.abs(still * np.gradient(heading)) * RATE / air.GRAVITY  # its tangent
+    slipped = log.impact_pressure * (1.0 - 0.01 * bank / np.tan(np.radians(30.0)))
+    right = calibrate(log, COMMAND)
+    wrong = calibrate(replace(log, impact_pressure=slipped), COMMAND)
+    (caution,) = told(right)
+    assert "all turns are to the right" in caution
+    moved = np.max(np.abs(wrong.curve.correction - right.curve.correction))
+    assert caution.moves.most == pytest.approx(moved, rel=0.3)
+    # A note, since nothing contradicts the answer.
+    assert not is_doubt(caution)
+    half = len(heading) // 2
+    both = np.r_[heading[:half], 2.0 * heading[half] - heading[half:]]
+    mirrored = fixture.fly((speed, both), RATE, RATE, fixture.Air())
+    assert not told(calibrate(replace(mirrored, header=FREE), COMMAND))
+
+
+def test_a_probe_that_is_warm_when_slow_moves_the_curve_as_is_told():
+    log = replace(_flown(), header={})
+    slow = np.quantile(log.impact_pressure, 0.001)
+    warmth = 5.0 * slow / np.maximum(log.impact_pressure, slow)
+    right, wrong = (
+        calibrate(each, COMMAND)
+        for each in (log, replace(log, total_temperature=log.total_temperature + warmth))
+    )
+    moved = np.max(np.abs(wrong.curve.correction - right.curve.correction))
+    assert right.day.by_slow_end == pytest.approx(moved, rel=0.15)
 
 
 def test_the_answer_where_an_unknown_cannot_be_negative_has_the_moments_of_the_cut_gaussian():

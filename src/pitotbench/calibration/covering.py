@@ -20,6 +20,7 @@ from pitotbench.calibration.covering_problem import (
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
+    Nuisance,
     WindPath,
     correlated,
     mean_wind,
@@ -118,6 +119,23 @@ def final_pass(structure: Structure, obs: Observations, near: FirstPass) -> Cove
         if structure.drifting
         else (),
     )
+
+
+def moved_by(structure: Structure, obs: Observations, fit: CoveringFit, cause: Nuisance) -> Array:
+    """Return what one of a cause that is no column of a fit moves its θ and nuisances by, (p + m,):
+    the answer to what that cause alone would leave in the rows.
+    """
+    flown = obs if fit.path is None else fit.path.taken_from(obs)
+    prediction = structure.model.predict(fit.theta[: structure.model.count], flown)
+    seen = divide(obs, block_length(obs)).mean(cause.column(prediction, flown))
+    left = np.zeros(len(fit.problem.response))
+    left[: len(seen)] = seen
+    if structure.altitude is not None and cause.height is not None:
+        heights = cause.height(structure.altitude.state)
+        left[len(seen) : len(seen) + len(heights)] = heights
+    precision = fit.problem.rivals[fit.likely.rival]
+    problem = replace(fit.problem, response=left, prior_precision=precision, prior_mean=None)
+    return solve(problem, fit.noise_of(fit.likely.noise))[0]
 
 
 def _of_mean_winds(

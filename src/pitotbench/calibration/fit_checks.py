@@ -9,10 +9,16 @@ from typing import Literal
 import numpy as np
 
 from pitotbench.calibration.altitude import NOISE_COUNT
-from pitotbench.calibration.covering import CoveringFit
+from pitotbench.calibration.covering import CoveringFit, moved_by
 from pitotbench.calibration.covering_problem import Structure, length_factor, wind_scale
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.prediction import Nuisance, PredictionModel, curve_moved
+from pitotbench.calibration.prediction import (
+    Nuisance,
+    PredictionModel,
+    curve_moved,
+    in_turns,
+    side_of_turns,
+)
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
@@ -417,6 +423,34 @@ def outside_prior(
         text = f"{caution}; it moves the curve by up to {moves.most / KNOT:.2f} kt"
         found.append(Caution(text, caution.code, caution.column, caution.size, moves))
     return (*found, *_noise_outside(structure, obs, fit))
+
+
+_IN_TURNS = 0.01  # of the impact pressure at 30° of bank: a static source in a slip has 1 to 2 %
+
+
+def turns_to_one_side(
+    structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior
+) -> tuple[Caution, ...]:
+    """What sideslip in turns would move the curve by where all turns are to one side: nothing in
+    such a log shows it. Where turns are said to add no error (`turn_lift` 0), sideslip has none.
+    """
+    if structure.priors.turn_lift == 0.0:
+        return ()
+    flown = obs if fit.path is None else fit.path.taken_from(obs)
+    prediction = structure.model.predict(fit.theta[: structure.model.count], flown)
+    side = side_of_turns(prediction, flown)
+    if not side:
+        return ()
+    moved = _IN_TURNS * moved_by(structure, obs, fit, in_turns())
+    moves = curve_moved(structure.model, obs, answer, moved)
+    text = (
+        f"all turns are to the {side}: sideslip that changes the static pressure there by "
+        f"{_IN_TURNS:.0%} of the impact pressure would move the curve by up to "
+        f"{moves.most / KNOT:.1f} kt, and this log does not show it; fly turns to both sides"
+    )
+    return (
+        Caution(text, "turns to one side", size=moves.most / KNOT, moves=moves),
+    ) * moves.matters
 
 
 def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]:

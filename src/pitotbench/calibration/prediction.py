@@ -25,7 +25,7 @@ from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.pressure_error.models import PressureErrorModel
 from pitotbench.records.log import CurveMove
-from pitotbench.units import KNOT, Array, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
+from pitotbench.units import DEGREE, KNOT, Array, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 _NEWTON_STEPS = 8  # more are needed only where the error curve bends back on itself
 _BLOCK = 1 << 12  # rows: their arrays fill a part of a processor's cache
@@ -637,6 +637,41 @@ def _turn_lift(obs: Observations) -> Share:
     low, high = np.quantile(obs.impact_pressure, [0.001, 0.999])
     middle = float(np.sqrt(low * high))
     return lambda impact, load: (load - 1.0) * middle / impact
+
+
+def in_turns() -> Nuisance:
+    """An error of the static source in turns, as sideslip makes it: one is the impact pressure at
+    30° of bank, proportional to the tangent of the bank.
+    """
+    return _of_pressure(
+        "turns", 1.0, lambda impact, load: np.sqrt(load**2 - 1.0) / np.tan(30.0 * DEGREE)
+    )
+
+
+def of_slow_probe(obs: Observations) -> Nuisance:
+    """A probe whose error is proportional to 1/q_ci: one is a kelvin at the slow end of the rows."""
+    slow = float(np.quantile(obs.impact_pressure, 0.001))
+    return Nuisance(
+        "slow_probe_k",
+        1.0,
+        lambda p, o: _by_temperature(p, o) * slow / np.maximum(p.indicated, slow),
+    )
+
+
+_BANKED = air.GRAVITY * float(np.tan(10.0 * DEGREE))  # m/s², of a row that counts as turning
+_LEAST_TURNING, _ONE_SIDE = 0.1, 0.95  # of the rows, and of those that turn
+
+
+def side_of_turns(prediction: Prediction, obs: Observations) -> str:
+    """The side to which all turns of the rows are, `left` or `right`; empty where they are to both,
+    or few.
+    """
+    across = -_across(prediction, obs)
+    turning = across[np.abs(across) > _BANKED]
+    if len(turning) < _LEAST_TURNING * len(across):
+        return ""
+    right = float(np.mean(turning > 0.0))
+    return "right" if right > _ONE_SIDE else "left" if right < 1.0 - _ONE_SIDE else ""
 
 
 def along_track(prediction: Prediction) -> Array:

@@ -16,10 +16,15 @@ from pitotbench.calibration.covering import (
     CoveringFit,
     FirstPass,
     first_pass,
+    moved_by,
     posterior_of,
 )
 from pitotbench.calibration.covering_problem import Structure
-from pitotbench.calibration.fit_checks import outside_prior, require_observable
+from pitotbench.calibration.fit_checks import (
+    outside_prior,
+    require_observable,
+    turns_to_one_side,
+)
 from pitotbench.calibration.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibration.observations import (
     Observations,
@@ -49,6 +54,7 @@ from pitotbench.calibration.prediction import (
     PredictionModel,
     WindPath,
     nuisances_of,
+    of_slow_probe,
     wind_by_circle,
     with_signs,
 )
@@ -90,7 +96,8 @@ class Reduction:
     `options` include the accuracies and the priors that were used. `assumptions` are the accuracies
     assumed for the bound, each with its source, and `priors` those that the caller stated.
     `without_height_and_with` are the curve's parameters (K,) by the wind triangle and by both
-    equations, empty where the height tells nothing of it.
+    equations, empty where the height tells nothing of it; `by_slow_probe` (p + m,) is what a probe
+    that is a kelvin off at the slow end alone moves, None where no bound holds it.
     """
 
     options: CalibrationOptions
@@ -104,6 +111,7 @@ class Reduction:
     error_location: str = IMPACT
     altitude: AltitudeRows | None = None
     without_height_and_with: tuple[Array, ...] = ()
+    by_slow_probe: Array | None = None
     assumptions: tuple[Assumption, ...] = ()
     priors: Mapping[str, float] = field(default_factory=dict)
     winds: tuple[WindowWind, ...] = ()
@@ -383,7 +391,12 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
             height=_height_found(structure.altitude, fit),
             departures=_departures(structure.model.error, fit),
         ),
-        warnings=(*outside_prior(structure, obs, fit, located.answer), *stepped),
+        warnings=(
+            *outside_prior(structure, obs, fit, located.answer),
+            *stepped,
+            *turns_to_one_side(structure, obs, fit, located.answer),
+        ),
+        by_slow_probe=moved_by(structure, obs, fit, of_slow_probe(obs)),
         error_location=located.location,
         altitude=structure.altitude,
         without_height_and_with=located.without_height_and_with,

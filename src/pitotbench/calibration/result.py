@@ -92,7 +92,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         shares=shares,
         diagnostics=reduction.diagnostics,
         error_location=reduction.error_location,
-        day=_day(reduction, shares),
+        day=_day(reduction, shares, curve),
         assumptions=reduction.assumptions,
         priors=reduction.priors,
         impact_pressure_zero=zero,
@@ -115,20 +115,24 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
 _DOUBTED = 5.0  # K, of a probe: what a user can be asked to rule out
 
 
-def _day(reduction: Reduction, shares: Sequence[Share]) -> DayTemperature | None:
+def _day(reduction: Reduction, shares: Sequence[Share], curve: CurveMap) -> DayTemperature | None:
     """What the temperature is, and what a probe that is off by 5 K would do beyond what the log
-    shows of it. None where the temperature is assumed, or stated as exact.
+    shows of it, at all airspeeds or at the slowest alone. None where the temperature is assumed, or stated as exact.
     """
     obs, stated = reduction.observations, accuracies_of(reduction.options.accuracies, {})
     part = next((each for each in shares if each.name == "temperature_k"), None)
-    if part is None or obs.standard_day:
+    if part is None or obs.standard_day or reduction.by_slow_probe is None:
         return None
+    free = reduction.model.error_count
+    gradient = curve.correction_gradient(reduction.answer.mean[:free])
+    slow = float(np.max(np.abs(gradient @ reduction.by_slow_probe[:free])))
     mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
     temperature = obs.probe_temperature / (1.0 + obs.probe_heating * mach**2)
     standard = air.standard_temperature(air.pressure_altitude(obs.static_pressure))
     # The share is 2σ of the temperature times the slope; the log shows the rest of an error.
     unseen = part.estimate.two_sigma / stated.temperature_k**2
-    return DayTemperature(float(np.median(temperature - standard)), _DOUBTED * unseen * part.curve)
+    departure = float(np.median(temperature - standard))
+    return DayTemperature(departure, _DOUBTED * unseen * part.curve, _DOUBTED * slow)
 
 
 def _place_assumed(reduction: Reduction) -> bool:

@@ -241,11 +241,13 @@ class Share:
 class DayTemperature:
     """The temperature that a calibration rests on: `departure` [K] of the air from the standard
     day, in the middle of the log, and `by_five_kelvin` [m/s], rms over the curve, that it would be
-    off by for a probe 5 K off beyond what the log shows.
+    off by for a probe 5 K off beyond what the log shows. `by_slow_end` [m/s] is the most that the
+    curve would be off for a probe that is 5 K off at the slowest airspeed alone.
     """
 
     departure: float
     by_five_kelvin: float
+    by_slow_end: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -170,7 +170,15 @@ _ASSUMED = (
 )
 
 
-_READ = ("log", "faulty rows", "flight left out", "own curves", "display steps", COUNTED_ONCE)
+_READ = (
+    "log",
+    "faulty rows",
+    "flight left out",
+    "own curves",
+    "display steps",
+    "turns to one side",
+    COUNTED_ONCE,
+)
 
 
 # Kinds whose size is that of a difference of curves.

@@ -62,6 +62,7 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         and {
             "standard_day_departure_k": result.day.departure,
             "five_kelvin_kt": result.day.by_five_kelvin / KNOT,
+            "five_kelvin_when_slow_kt": result.day.by_slow_end / KNOT,
         },
         "usable": result.usable,
         # `units` is null where nothing else explains the factor.

@@ -12,6 +12,7 @@ from pitotbench.normal_equations import ROUNDING
 from pitotbench.reconciliation.free_parameters import fit_free_parameters
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import ORDER, NoiseModel, learned
+from pitotbench.reconciliation.residuals import ATTITUDE_RATES
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
@@ -160,11 +161,11 @@ def noise_of_log(layout: Layout) -> NoiseModel:
     are fitted.
 
     So a gap that has a place does not count as noise. In a short log the cells take a part of what
-    wanders.
+    wanders. The change of an angle shares its noise with the angle, but over some seconds alone:
+    taken for all times, it would make the mean of a slow channel too sure.
     """
-    return learned(
-        layout.residuals.names, [(_without_cells(layout), layout.grid, layout.residuals.slack)]
-    )
+    data = _without_cells(layout), layout.grid, layout.residuals.slack
+    return learned(layout.residuals.names, [data]).apart((*ATTITUDE_RATES, "climb_rate"))
 
 
 def shortness_of(layout: Layout) -> float:

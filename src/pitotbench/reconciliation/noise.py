@@ -98,6 +98,11 @@ class NoiseModel:
         precision = np.linalg.inv(self.correlation)
         return np.asarray(innovations @ precision / np.sqrt(np.diag(precision)))
 
+    def apart(self, names: Iterable[str]) -> "NoiseModel":
+        """Return the noise with some channels uncorrelated with all others."""
+        own = np.isin(self.names, [*names])
+        return replace(self, correlation=np.where(own[:, None] == own, self.correlation, 0.0))
+
     def whitener(self, grid: Grid, slack: Array) -> Callable[[Array], Array]:
         """Return `whiten` for one grid and slack, so that many values share the decorrelation."""
         weights = self.decorrelation(slack) * self._scale(grid, slack)[:, None, :]

@@ -341,9 +341,21 @@ def wind_drifts(options: CalibrationOptions, obs: Observations) -> bool:
 
 def parts_of(log: FlightLog, options: CalibrationOptions) -> UsableParts:
     """Return the usable parts of a log; all of it where the user has chosen the rows, those on
-    condition.
+    condition, or has stated the slowest airspeed.
     """
-    return _every_row(log) if options.on_condition else usable_parts(log)
+    chosen = options.on_condition or options.slowest is not None
+    return _every_row(log) if chosen else usable_parts(log)
+
+
+def _slow_words(options: CalibrationOptions) -> str:
+    return SLOW if options.slowest is None else f"below {options.slowest / KNOT:.0f} kt indicated"
+
+
+def _slowest(options: CalibrationOptions) -> float:
+    """The impact pressure of the slowest airspeed that is used [Pa]."""
+    if options.slowest is None:
+        return _MINIMUM_PRESSURE
+    return float(air.impact_pressure(options.slowest))
 
 
 def usable_rows(
@@ -355,7 +367,7 @@ def usable_rows(
     """
     end, ground_speed = range_end(log), np.hypot(log.velocity_north, log.velocity_east)
     limits = [
-        (SLOW, log.impact_pressure <= _MINIMUM_PRESSURE),
+        (_slow_words(options), log.impact_pressure <= _slowest(options)),
         *([] if end is None else [("the end of the sensor's range", end.cut_off)]),
         (
             f"below {options.ground_speed_min / KNOT:.0f} kt over the ground",
@@ -397,17 +409,20 @@ def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
     )
 
 
-_GROUNDED = "no level flight above 20 kt in this log (ramp, taxi, take-off roll?): "
+_GROUNDED = (
+    "no level flight above 20 kt in this log (ramp, taxi, take-off roll? An airplane that flies slower "
+    "states its slowest airspeed: --slowest 8): "
+)
 
 
 def _require_rows(used: Booleans, log: FlightLog, options: CalibrationOptions) -> None:
     if int(used.sum()) < _MINIMUM_SAMPLES:
         end = range_end(log)
-        flown = parts_of(log, options).rows & (log.impact_pressure > _MINIMUM_PRESSURE)
+        flown = parts_of(log, options).rows & (log.impact_pressure > _slowest(options))
         grounded = int(flown.sum()) < _MINIMUM_SAMPLES <= len(log)
         raise BadInputError(
-            f"{_GROUNDED if grounded else ''}"
-            f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt, "
+            f"{_GROUNDED if grounded and options.slowest is None else ''}"
+            f"only {int(used.sum())} of {len(used)} rows are usable (none {_slow_words(options)}, "
             "pressure below the end of its sensor's range"
             f"{', on condition' if options.on_condition else ''}"
             f"{', below the Mach limit' if options.mach_max is not None else ''}"

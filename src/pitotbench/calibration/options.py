@@ -334,7 +334,8 @@ class CalibrationOptions(CalibrationChoices):
     on_condition: use only the rows that the log marks as on condition.
     mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a
     log that begins on the ground, where the air data have an unknown zero.
-    wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
+    slowest [m/s]: rows below this indicated airspeed are left out, below 20 kt for None; where it is
+    stated, the whole log above it is used. wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
     wind: `constant`; `checked`, constant or changing, averaged by evidence, with a warning where
     the log shows a change; `linear` in time, and in height where the log climbs; `drifting`, a slow
     Gauss-Markov process whose size is estimated (method `covering`); or a stated one, constant with
@@ -366,6 +367,8 @@ class CalibrationOptions(CalibrationChoices):
             raise BadInputError(f"{words} Or state it: 0, 8@250, 8±1@250 (kt from °)")
         if self.mach_max is not None and not self.mach_max > 0.0:
             raise BadInputError(f"the Mach limit is {self.mach_max:g}: it must be above zero")
+        if self.slowest is not None and not 0.0 < self.slowest < inf:
+            raise BadInputError("the slowest airspeed must be a number above zero")
         if not 0.0 <= self.ground_speed_min < inf:
             raise BadInputError("the lowest ground speed must be a number that is not negative")
         if not abs(self.gps_latency) <= LONGEST_LATENCY:

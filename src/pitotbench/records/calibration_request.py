@@ -182,6 +182,13 @@ class CalibrationChoices:
     ground_speed_min: float = option(
         0.0, "--ground-speed-min-kt", "leave out rows below this ground speed", "kt", type=float
     )
+    slowest: float | None = option(
+        None,
+        "--slowest",
+        "leave out rows below this indicated airspeed, such as 8 for a solar drone (default: 20)",
+        "kt",
+        type=float,
+    )
     wind_down: bool = False
     recovery_factor: float = 1.0
     wind: str = option(

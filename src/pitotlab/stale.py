@@ -34,7 +34,7 @@ from pitotlab.study.reductions import PAPER, case_of
 DIGITS = RESULTS / "digits.csv"
 MOVED = 0.01  # of 2σ
 LAW, COMMAND = CalibrationOptions(), options_from(DEFAULTS)
-_JUDGED = ("src/pitotbench/calibration", "src/pitotbench/estimation")
+_JUDGED = (":/src/pitotbench/calibration", ":/src/pitotbench/estimation")
 
 
 @dataclass(frozen=True, slots=True)

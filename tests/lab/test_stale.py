@@ -63,3 +63,11 @@ def test_a_stale_table_is_listed_and_ends_with_one(monkeypatch, capsys):
     assert "20% of 2σ" in said
     monkeypatch.setattr(module, "read_digits", lambda: {})
     assert "keeps no digits" in stale()[0]
+
+
+@pytest.mark.skipif(not module._git("rev-parse", "HEAD"), reason="no checkout")
+def test_the_commits_beside_are_those_of_the_calibration():
+    """The paths are of the checkout, wherever git is called."""
+    listed = module._git("ls-files", *module._JUDGED)
+    assert "calibration/reduction.py" in listed
+    assert "estimation/" in listed

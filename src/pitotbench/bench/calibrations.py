@@ -44,8 +44,8 @@ def logs_of(
     """Return the logs that stand for what was given to the function `asked`, read and checked where
     needed.
 
-    `mapping` reads files and tables, and the `part` alone is read with the `facts` of the flight, as
-    in `read_log`. Raises BadInputError for anything else, for facts of a log that was read without
+    `mapping` reads files and tables, and the `part` alone is read with the `facts` of the flight,
+    as in `read_log`. Raises BadInputError for anything else, for facts of a log that was read without
     them, and for a file or a table that is no log.
     """
     if isinstance(given, list | tuple):

@@ -83,12 +83,12 @@ def calibrate(
     TOML file, for logs with other column names; handbook, a table (CSV) of KIAS and KCAS to compare
     the curve with; start and end, the minutes and seconds of the log between which it is used, such
     as `start="12:30", end="25:00"`; among the keywords also what the logs do not hold, as for
-    `read_log` (`height="2000"`, `temperature_c="18±2@ground"`). A list has one curve, and a Calibration with its
-    own wind for each log. A folder or a .zip file of several logs stands for the list of those that
-    have an answer, whose warnings name the others; they have a curve each where they are of several
-    airplanes or recorders. Several flights of one log have one curve, and their winds in `winds`. SI
-    units, each number with 2σ. Raises BadInputError for what cannot be used, NoAnswerError for a log that
-    does not determine the answer.
+    `read_log` (`height="2000"`, `temperature_c="18±2@ground"`). A list has one curve, and a
+    Calibration with its own wind for each log. A folder or a .zip file of several logs stands for
+    the list of those that have an answer, whose warnings name the others; they have a curve each
+    where they are of several airplanes or recorders. Several flights of one log have one curve, and
+    their winds in `winds`. SI units, each number with 2σ. Raises BadInputError for what cannot be
+    used, NoAnswerError for a log that does not determine the answer.
     Source: Martos, Kiszely and Foster (2011) for the problem; `docs/method.md` for the methods.
     """
     from pitotbench.calibration.flights import of_one_log
@@ -144,10 +144,11 @@ def fixed_speed(
     """Answer by the methods that need one true airspeed, as `pitotbench fixed-speed` does.
 
     Of a log (a path, a DataFrame or a FlightLog; `mapping` and the `facts` of its flight as for
-    `calibrate`) the points of its legs and turns; of a card (CSV) with a row a leg its points and curves; of tower fly-bys a point
-    a pass; of points with a known speed (`known_airspeed_kt`) factor, scale and zero. Three or four ground speeds [m/s] with their true tracks [rad] give the true airspeed
-    and the wind, a `FixedSpeedResult`. Raises BadInputError for what cannot be used, NoAnswerError
-    where no leg is found.
+    `calibrate`) the points of its legs and turns; of a card (CSV) with a row a leg its points and
+    curves; of tower fly-bys a point a pass; of points with a known speed (`known_airspeed_kt`)
+    factor, scale and zero. Three or four ground speeds [m/s] with their true tracks [rad] give the
+    true airspeed and the wind, a `FixedSpeedResult`. Raises BadInputError for what cannot be used,
+    NoAnswerError where no leg is found.
     Source: `docs/fixed-speed.md`.
     """
     if track is not None:
@@ -191,8 +192,9 @@ def _logs_of(given: OneLog) -> Sequence[OneLog]:
 def inspect(log: OneLog, mapping: str | Path | None = None, **facts: str) -> LogInspection:
     """Return what a log holds and what can be learned from it: from a log, a path or a DataFrame.
 
-    `mapping` and the `facts` of its flight as for `calibrate`. It shows itself as the sentences of `pitotbench inspect`;
-    `to_frame` is the table of its channels. Raises BadInputError for a log that cannot be used.
+    `mapping` and the `facts` of its flight as for `calibrate`. It shows itself as the sentences of
+    `pitotbench inspect`; `to_frame` is the table of its channels. Raises BadInputError for a log
+    that cannot be used.
     """
     from pitotbench.bench.inspection import inspect_log
 

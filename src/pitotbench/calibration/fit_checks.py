@@ -212,8 +212,8 @@ def disagreements(
         most = int(np.argmax(moved / curve.two_sigma))
         words = (
             f"the height moves the correction at {curve.indicated_airspeed[most] / KNOT:.0f} KIAS "
-            f"from {without[most] / KNOT:+.1f} to {with_height[most] / KNOT:+.1f} kt, which is more "
-            "than chance, and the bound holds both. The temperature or the height may be off by "
+            f"from {without[most] / KNOT:+.1f} to {with_height[most] / KNOT:+.1f} kt, which is "
+            "more than chance, and the bound holds both. The temperature or the height may be off by "
             "more than stated, or the wind may follow the speeds flown"
         )
         moves = CurveMove(float(moved[most]), float(moved[most] / curve.two_sigma[most]))

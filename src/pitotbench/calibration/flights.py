@@ -349,7 +349,8 @@ def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
 
 def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:
     """Cut a log into its flights and reduce each; one part, the whole log, where fewer than two
-    give an answer. Where the whole gives none, as of two winds, it is cut at shorter pauses and at stops.
+    give an answer. Where the whole gives none, as of two winds, it is cut at shorter pauses and at
+    stops.
     """
     found = _answered(flights_in(log), place, reduce)
     if len(found) >= _FEWEST:

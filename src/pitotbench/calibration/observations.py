@@ -410,8 +410,8 @@ def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
 
 
 _GROUNDED = (
-    "no level flight above 20 kt in this log (ramp, taxi, take-off roll? An airplane that flies slower "
-    "states its slowest airspeed: --slowest 8): "
+    "no level flight above 20 kt in this log (ramp, taxi, take-off roll? An airplane that flies "
+    "slower states its slowest airspeed: --slowest 8): "
 )
 
 

@@ -334,8 +334,9 @@ class CalibrationOptions(CalibrationChoices):
     on_condition: use only the rows that the log marks as on condition.
     mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a
     log that begins on the ground, where the air data have an unknown zero.
-    slowest [m/s]: rows below this indicated airspeed are left out, below 20 kt for None; where it is
-    stated, the whole log above it is used. wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
+    slowest [m/s]: rows below this indicated airspeed are left out, below 20 kt for None; where it
+    is stated, the whole log above it is used.
+    wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
     wind: `constant`; `checked`, constant or changing, averaged by evidence, with a warning where
     the log shows a change; `linear` in time, and in height where the log climbs; `drifting`, a slow
     Gauss-Markov process whose size is estimated (method `covering`); or a stated one, constant with

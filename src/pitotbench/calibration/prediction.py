@@ -649,7 +649,7 @@ def in_turns() -> Nuisance:
 
 
 def of_slow_probe(obs: Observations) -> Nuisance:
-    """A probe whose error is proportional to 1/q_ci: one is a kelvin at the slow end of the rows."""
+    """A probe whose error is proportional to 1/q_ci: one is a kelvin at the rows' slow end."""
     slow = float(np.quantile(obs.impact_pressure, 0.001))
     return Nuisance(
         "slow_probe_k",

@@ -117,7 +117,8 @@ _DOUBTED = 5.0  # K, of a probe: what a user can be asked to rule out
 
 def _day(reduction: Reduction, shares: Sequence[Share], curve: CurveMap) -> DayTemperature | None:
     """What the temperature is, and what a probe that is off by 5 K would do beyond what the log
-    shows of it, at all airspeeds or at the slowest alone. None where the temperature is assumed, or stated as exact.
+    shows of it, at all airspeeds or at the slowest alone. None where the temperature is assumed, or
+    stated as exact.
     """
     obs, stated = reduction.observations, accuracies_of(reduction.options.accuracies, {})
     part = next((each for each in shares if each.name == "temperature_k"), None)

@@ -160,8 +160,8 @@ def _no_log(path: Path, error: BadInputError) -> str:
         )
     if is_known_speeds(path):
         return (
-            f"{path}: points with a known speed, no log: `pitotbench fixed-speed {path}` gives factor, "
-            "scale and zero"
+            f"{path}: points with a known speed, no log: `pitotbench fixed-speed {path}` gives "
+            "factor, scale and zero"
         )
     if is_points_table(path):
         return f"{path}: a card of legs, no log: `pitotbench fixed-speed {path}` reads it"
@@ -185,8 +185,8 @@ def _no_airspeed(path: Path) -> str:
                 f"{line.guess.theirs} ({line.guess.quantity})" for line in drafted.lines
             )
             return (
-                f"{path}: no airspeed is logged: no column is one, nor an impact pressure. The file "
-                f"holds {held.replace('_', ' ')}. Give the log of the box that shows the airspeed"
+                f"{path}: no airspeed is logged: no column is one, nor an impact pressure. The "
+                f"file holds {held.replace('_', ' ')}. Give the log of the box that shows the airspeed"
             )
     return ""
 

@@ -440,7 +440,8 @@ def _velocity_from_position(
     draft.warnings.append(
         f"the ground velocity is formed from {draft.columns['latitude']!r} and "
         f"{draft.columns['longitude']!r} over "
-        f"{2.0 * float(np.nanmedian(apart)):.2g} s, along arcs in turns: ±{2.0 * noise:.2g} m/s of noise (2σ)"
+        f"{2.0 * float(np.nanmedian(apart)):.2g} s, along arcs in turns: "
+        f"±{2.0 * noise:.2g} m/s of noise (2σ)"
     )
     header[OF_FIXES] = 2.0 * float(np.nanmedian(apart))
     receiver = USUAL_ACCURACIES["velocity_mps"]
@@ -567,7 +568,7 @@ def components(table: Table) -> Table:
 
 
 def _attitude(draft: Draft) -> None:
-    """Form roll, pitch and heading from the quaternion that turns body axes to north, east and down.
+    """Form roll, pitch and heading from the quaternion that turns body axes to north, east, down.
 
     Source: Diebel (2006), Representing Attitude, equation 290.
     """

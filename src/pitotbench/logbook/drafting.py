@@ -56,7 +56,8 @@ _COUNTED = _SYSTEMS | {"ias", "kias", "cas", "kcas", "airspeed", "aspd"}
 # Words of what is set, wanted or estimated, not measured on the airplane, or of what no log needs.
 _NOT_MEASURED = frozenset((
     "sel", "selected", "target", "cmd", "command", "commanded", "desired", "bug", "setpoint", "error", "err",
-    "sigma", "max", "min", "innov", "innovation", "innovations", "wind", "wnd", "acc", "accel", "acceleration",
+    "sigma", "max", "min", "innov", "innovation", "innovations", "wind", "wnd",
+    "acc", "accel", "acceleration",
 ))  # fmt: skip
 # Words of a temperature that is that of a box, an engine or a cabin, or of a number of satellites.
 _OF_A_BOX = frozenset((

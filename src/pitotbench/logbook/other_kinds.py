@@ -1,4 +1,4 @@
-"""What a file is that is no log, by its suffix or its first line, and what its owner can do with it."""
+"""What a file is that is no log, by its suffix or its first line, and what its owner can do."""
 
 import re
 from collections.abc import Sequence
@@ -8,10 +8,10 @@ _KINDS = {
     ".xlsx .xls .xlsm .ods .numbers": "a spreadsheet: save its sheet as CSV (UTF-8), and give that",
     ".tlog": "telemetry of MAVLink: give the log that the autopilot wrote itself (.bin, .ulg); it "
     "holds the sensors at their own rates",
-    ".bbl .bfl": "a Blackbox recording: `blackbox_decode FILE` of blackbox-tools writes the CSV that "
-    "is read",
-    ".gpx .kml .kmz .tcx .fit .nmea": "a track of positions, without an airspeed: give the log of the "
-    "box that shows the airspeed",
+    ".bbl .bfl": "a Blackbox recording: `blackbox_decode FILE` of blackbox-tools writes the CSV "
+    "that is read",
+    ".gpx .kml .kmz .tcx .fit .nmea": "a track of positions, without an airspeed: give the log of "
+    "the box that shows the airspeed",
     ".json": "a JSON file: write its values as a CSV table with a row a moment, and give that",
     ".7z .rar .tar .tgz .gz": "a packed file: unpack it, or pack it as .zip, and give that",
 }

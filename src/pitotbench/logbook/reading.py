@@ -52,8 +52,8 @@ def read_log(
     and judged: from so many seconds after the first row to so many, None for an end of the log.
     `facts` state what the log does not hold: `temperature_c` the temperature of the day [°C], such
     as `18±2@ground` (`temperature.stated_day`), `height` that above the sea, such as `2000±300ft`
-    (`stated_height`). The entry `warnings` of `log.header` lists, with row numbers, what was dropped
-    and what looks wrong.
+    (`stated_height`). The entry `warnings` of `log.header` lists, with row numbers, what was
+    dropped and what looks wrong.
 
     Raises BadInputError for a log that cannot be used (the message begins with the file) and for an
     unknown fact, UnknownNameError for a mapping that is not shipped.
@@ -150,8 +150,8 @@ def mapped(table: Table, mapping: Path | str) -> Table:
 
 
 def _by_names(table: Table) -> Table:
-    """Return a table of which no mapping knows the recorder by the draft of its columns, where their
-    names are not ours and the draft is sure; else as it is.
+    """Return a table of which no mapping knows the recorder by the draft of its columns, where
+    their names are not ours and the draft is sure; else as it is.
     """
     if has_our_names(table):
         return table

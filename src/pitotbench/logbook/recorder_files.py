@@ -99,8 +99,8 @@ def read_igc(path: Path) -> Table:
         named = ", ".join(sorted(spans)) or "no extension"
         raise BadInputError(
             f"this recorder logged no airspeed: its I record names {named}, and an airspeed stands "
-            "in IAS or TAS. Give the log of a recorder that is connected to the air data, such as a "
-            "flight computer"
+            "in IAS or TAS. Give the log of a recorder that is connected to the air data, such as "
+            "a flight computer"
         )
     kept = ((name, re.search(pattern, data, re.MULTILINE)) for name, pattern in _KEPT.items())
     header = {name: found[1].decode("utf-8", "replace").strip() for name, found in kept if found}

@@ -183,8 +183,8 @@ def _conditions(result: Calibration) -> Iterator[str]:
     yield f"place of the error: {_LOCATIONS[result.error_location]}{unseen}"
     if (day := result.day) is not None:
         yield (
-            f"the air is {round(day.departure):+d} K from the standard day; a probe 5 K off would move "
-            f"the curve by ±{day.by_five_kelvin / KNOT:.1f} kt, one that is so at the slowest "
+            f"the air is {round(day.departure):+d} K from the standard day; a probe 5 K off would "
+            f"move the curve by ±{day.by_five_kelvin / KNOT:.1f} kt, one that is so at the slowest "
             f"airspeed alone by up to {day.by_slow_end / KNOT:.1f} kt"
         )
     yield from [*_assumptions(result), *prior_sentences(result.priors)]

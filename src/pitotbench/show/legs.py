@@ -183,13 +183,13 @@ def known_speeds_tree(found: KnownSpeedResult) -> list[Node]:
     root, spread = found.scale**0.5, 0.5 * found.scale_two_sigma / found.scale**0.5
     return [
         Sentence(
-            f"Multiply the impact pressure by {found.scale:.3f} ± {found.scale_two_sigma:.3f} and add "
-            f"{found.zero:+.1f} ± {found.zero_two_sigma:.1f} Pa (± is 2σ); as ARSPD_RATIO the old one "
-            f"times {found.scale:.3f}, as ASPD_SCALE times {root:.3f} ± {spread:.3f}."
+            f"Multiply the impact pressure by {found.scale:.3f} ± {found.scale_two_sigma:.3f} and "
+            f"add {found.zero:+.1f} ± {found.zero_two_sigma:.1f} Pa (± is 2σ); as ARSPD_RATIO the old "
+            f"one times {found.scale:.3f}, as ASPD_SCALE times {root:.3f} ± {spread:.3f}."
         ),
         Sentence(
-            "The known speed counts as a calibrated airspeed: a true airspeed in other air than that "
-            "of a standard day at sea level is to be multiplied by the root of the density ratio "
+            "The known speed counts as a calibrated airspeed: a true airspeed in other air than "
+            "that of a standard day at sea level is to be multiplied by the root of the density ratio "
             f"first. The points scatter by {found.scatter / KNOT:.2f} kt."
         ),
         Table(KNOWN_SPEED_COLUMNS, found.points, "points with a known speed"),

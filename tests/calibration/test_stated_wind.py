@@ -40,5 +40,5 @@ def test_a_calm_day_halves_the_bound_of_a_car():
     assert np.all(np.abs(off) <= curve.two_sigma)
     assert np.median(curve.two_sigma) < 0.7 * np.median(free.curve.two_sigma)
     assert found.wind.east.two_sigma < 2.1 * KNOT < free.wind.east.two_sigma
-    assert any(a.name == "wind_mps" and a.source == "stated" for a in found.assumptions)
+    assert any(a.name == "wind_kt" and a.two_sigma == pytest.approx(2.0) for a in found.assumptions)
     assert not found.one_sided

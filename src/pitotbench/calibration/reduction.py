@@ -208,7 +208,7 @@ def _relevant_assumptions(
     wind = stated_wind(options.wind)
     return (
         *(each for each in assumed if each.two_sigma > 0.0 or getattr(USUAL, each.name) > 0.0),
-        *([] if wind is None else [Assumption("wind_mps", 2.0 * wind.deviation, "stated")]),
+        *([] if wind is None else [Assumption("wind_kt", 2.0 * wind.deviation / KNOT, "stated")]),
     )
 
 

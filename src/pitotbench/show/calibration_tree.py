@@ -197,7 +197,7 @@ _ASSUMED = {
     "impact_pressure_zero_pa": ("zero of the impact pressure", "Pa"),
     "velocity_mps": ("GPS velocity", "m/s"),
     "total_source": ("total source", "of q_c"),
-    "wind_mps": ("wind", "m/s"),
+    "wind_kt": ("wind", "kt"),
     "latency_s": ("GPS latency", "s"),
 }
 _STATED_BY = {"header": "stated by the log"}  # any other in its own word

@@ -60,7 +60,11 @@ def reader_of(path: Path) -> Callable[[Path], Table]:
     the tables.
     """
     packed = next((suffix for suffix in READ_ONLY if path.name.lower().endswith(suffix)), None)
-    return format_of(path).read if packed is None else READ_ONLY[packed]
+    if packed is not None:
+        return READ_ONLY[packed]
+    if (words := NOT_READ.get(path.suffix.lower())) is not None:
+        raise BadInputError(words)
+    return format_of(path).read
 
 
 def format_of(path: Path) -> Format:
@@ -68,8 +72,6 @@ def format_of(path: Path) -> Format:
     the table.
     """
     suffix = path.suffix.lower()
-    if suffix in NOT_READ:
-        raise BadInputError(NOT_READ[suffix])
     if suffix not in FORMATS:
         raise BadInputError(
             f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}: write it as one "

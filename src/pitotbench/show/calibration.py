@@ -249,9 +249,9 @@ def doubts_of(result: Calibration) -> list[str]:
     words = [each.words for each in findings_of(result)[len(result.disagreements) :] if each.first]
     warnings = [f"{capital(w)}{'' if w.endswith('?') else '.'}" for w in words]
     sentences = [*headline(result), *warnings, *doubts_of_curve(result.curve)]
-    return (
-        [f"{sentences[0]}{_one_sided_words(result.one_sided)}", *sentences[1:]] if sentences else []
-    )
+    if sentences:
+        sentences[0] += _one_sided_words(result.one_sided)
+    return [with_minus_signs(each) for each in sentences]
 
 
 def _one_sided_words(found: Sequence[OneSided]) -> str:

@@ -89,11 +89,13 @@ def test_the_picture_of_a_late_pitot_line_is_airspeed_in_the_acceleration(flight
 
 
 def test_a_large_error_shows_in_two_minutes_without_null_flights(flight) -> None:
-    """The gap once counted as the noise of so short a log."""
+    """The gap once counted as the noise of so short a log. Late and smoothed look alike in it."""
     late = (EffectSpec("gps_latency", {"latency_s": EFFECTS["gps_latency"].parameters[0].high}),)
     log = sense(replace(flight, case=replace(flight.case, effects=late)), "50/50")
     short = replace(log.select(log.time - log.time[0] < 120.0), header={})
-    assert judged_alone(short).kind == "named"
+    (gap,) = judged_alone(short).gaps
+    assert gap.part == "GPS receiver and its clock"
+    assert {cause.name for cause in gap.causes} & {"gps_latency", "gps_smoothing"}
 
 
 def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:

@@ -4,7 +4,9 @@ import pytest
 from tests.test_pages_run import LONG, PAGES, run_page
 
 
-@pytest.mark.parametrize("name", LONG)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.long] * (n == "reconcile")) for n in LONG]
+)
 def test_a_long_page_runs_from_top_to_bottom(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (page,) = (page for page in PAGES if page.stem == name)

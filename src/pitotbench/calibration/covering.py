@@ -21,6 +21,7 @@ from pitotbench.calibration.observations import Blocks, Observations, block_leng
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import (
     Nuisance,
+    Prediction,
     WindPath,
     correlated,
     mean_wind,
@@ -121,13 +122,22 @@ def final_pass(structure: Structure, obs: Observations, near: FirstPass) -> Cove
     )
 
 
-def moved_by(structure: Structure, obs: Observations, fit: CoveringFit, cause: Nuisance) -> Array:
-    """Return what one of a cause that is no column of a fit moves its θ and nuisances by, (p + m,):
-    the answer to what that cause alone would leave in the rows.
-    """
+Flown = tuple[Prediction, Observations]
+
+
+def flown_of(structure: Structure, obs: Observations, fit: CoveringFit) -> Flown:
+    """Return the prediction of a fit, and its rows less the path of a wind that drifts."""
     flown = obs if fit.path is None else fit.path.taken_from(obs)
-    prediction = structure.model.predict(fit.theta[: structure.model.count], flown)
-    seen = divide(obs, block_length(obs)).mean(cause.column(prediction, flown))
+    return structure.model.predict(fit.theta[: structure.model.count], flown), flown
+
+
+def moved_by(
+    structure: Structure, obs: Observations, fit: CoveringFit, flown: Flown, cause: Nuisance
+) -> Array:
+    """Return what one of a cause that is no column of a fit moves its θ and nuisances by, (p + m,):
+    the answer to what that cause alone would leave in the rows; `flown` as of `flown_of`.
+    """
+    seen = divide(obs, block_length(obs)).mean(cause.column(*flown))
     left = np.zeros(len(fit.problem.response))
     left[: len(seen)] = seen
     if structure.altitude is not None and cause.height is not None:

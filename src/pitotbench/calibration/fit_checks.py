@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from pitotbench.calibration.altitude import NOISE_COUNT
-from pitotbench.calibration.covering import CoveringFit, moved_by
+from pitotbench.calibration.covering import CoveringFit, Flown, moved_by
 from pitotbench.calibration.covering_problem import Structure, length_factor, wind_scale
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import (
@@ -413,9 +413,8 @@ def outside_prior(
     than three standard deviations of the prior from its middle. The sentence states the size. A
     nuisance moves the curve by what the answer changes where it is held at zero.
     """
-    found = []
+    found, names = [], [each.name for each in structure.nuisances]
     for caution in _nuisances_outside(structure, answer):
-        names = [each.name for each in structure.nuisances]
         place = structure.model.count + names.index(caution.column)
         shared = answer.covariance[:, place]
         moved = shared * (answer.mean[place] / shared[place])
@@ -429,19 +428,17 @@ _IN_TURNS = 0.01  # of the impact pressure at 30° of bank: a static source in a
 
 
 def turns_to_one_side(
-    structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior
+    structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior, flown: Flown
 ) -> tuple[Caution, ...]:
     """What sideslip in turns would move the curve by where all turns are to one side: nothing in
     such a log shows it. Where turns are said to add no error (`turn_lift` 0), sideslip has none.
     """
     if structure.priors.turn_lift == 0.0:
         return ()
-    flown = obs if fit.path is None else fit.path.taken_from(obs)
-    prediction = structure.model.predict(fit.theta[: structure.model.count], flown)
-    side = side_of_turns(prediction, flown)
+    side = side_of_turns(*flown)
     if not side:
         return ()
-    moved = _IN_TURNS * moved_by(structure, obs, fit, in_turns())
+    moved = _IN_TURNS * moved_by(structure, obs, fit, flown, in_turns())
     moves = curve_moved(structure.model, obs, answer, moved)
     text = (
         f"all turns are to the {side}: sideslip that changes the static pressure there by "

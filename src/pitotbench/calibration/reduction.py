@@ -16,6 +16,7 @@ from pitotbench.calibration.covering import (
     CoveringFit,
     FirstPass,
     first_pass,
+    flown_of,
     moved_by,
     posterior_of,
 )
@@ -374,6 +375,7 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
     if white.options.wind == "checked" and not structure.drifting:
         change, answer = check_wind(structure, obs, fit, answer)
         stepped = check_gain(structure, obs, fit, answer, change)
+    flown = flown_of(structure, obs, fit)
     return replace(
         white,
         model=structure.model,
@@ -394,9 +396,9 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
         warnings=(
             *outside_prior(structure, obs, fit, located.answer),
             *stepped,
-            *turns_to_one_side(structure, obs, fit, located.answer),
+            *turns_to_one_side(structure, obs, fit, located.answer, flown),
         ),
-        by_slow_probe=moved_by(structure, obs, fit, of_slow_probe(obs)),
+        by_slow_probe=moved_by(structure, obs, fit, flown, of_slow_probe(obs)),
         error_location=located.location,
         altitude=structure.altitude,
         without_height_and_with=located.without_height_and_with,

@@ -176,8 +176,15 @@ def vane_errors(layout: Layout) -> dict[str, float]:
         }
     )
     fit = fit_free_parameters(layout.residuals.values, every, layout.used)
-    shown = np.abs(fit.sizes) > VANE_SHOWN * fit.deviations
-    found = dict(zip(every.names, np.where(shown, fit.sizes, 0.0).tolist(), strict=True))
+    return shown_vane_errors(every.names, fit.sizes, fit.deviations)
+
+
+def shown_vane_errors(names: Sequence[str], sizes: Array, deviations: Array) -> dict[str, float]:
+    """Return the errors of the vanes among fitted sizes, (k,), by name; 0 for those that are not
+    shown beyond their deviations, (k,).
+    """
+    shown = np.where(np.abs(sizes) > VANE_SHOWN * deviations, sizes, 0.0)
+    found = dict(zip(names, shown.tolist(), strict=True))
     return {name: found[name] for name in VANE_PARAMETERS if name in found}
 
 

@@ -28,7 +28,12 @@ from pitotbench.reconciliation.evidence import (
     widest,
 )
 from pitotbench.reconciliation.formula import term_signatures
-from pitotbench.reconciliation.layout import Layout, vane_errors, without_vane_errors
+from pitotbench.reconciliation.layout import (
+    Layout,
+    shown_vane_errors,
+    vane_errors,
+    without_vane_errors,
+)
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.null_learning import wander_of
@@ -834,7 +839,13 @@ def _with_vanes(original: Layout, block: Block, fitted: Fitted) -> Layout:
     """
     if any(not is_term(each.name) and reads_gusts(each.name) for each in fitted.members):
         return original
-    again = without_vane_errors(original, vane_errors(block.layout))
+    layout, own = block.layout, fitted.regression.shown_columns(block, fitted.members)
+    if own and layout.reference.force_model is not None:
+        names = layout.free.names
+        errors = shown_vane_errors(names, *block.equations.free_estimates(own))
+    else:
+        errors = vane_errors(layout)
+    again = without_vane_errors(original, errors)
     if again is original:
         return original
     return with_parts_of_flight(placed_in_time(again, block.noise), block.noise)

@@ -23,5 +23,4 @@ def test_a_mass_that_nobody_weighed_is_patched_once(tmp_path, monkeypatch):
     text = Path("aircraft/navajo+fixed/variant.toml").read_text(encoding="utf-8")
     (patched,) = tomllib.loads(text)["effects"]
     assert abs(patched["parameters"]["mass_kg"] - size.value) < 0.1
-    # Without null flights of the card, as here, a mass is told some 30 kg too large.
-    assert abs(patched["parameters"]["mass_kg"] - UNWEIGHED) < 1.5 * size.two_sigma
+    assert abs(patched["parameters"]["mass_kg"] - UNWEIGHED) < size.two_sigma

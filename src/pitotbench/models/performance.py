@@ -104,7 +104,13 @@ def _climbs(model: PerformanceModel) -> Figures:
         place = f"{_height_words(height)}, full throttle"
         steep = refine(model, height, 1.0, several, lambda each: each.state.climb) or best
         yield from (
-            PerformanceFigure("best rate of climb", place, best.climb_rate / FOOT * 60.0, "ft/min"),
+            PerformanceFigure(
+                "best rate of climb",
+                place,
+                best.climb_rate / FOOT * 60.0,
+                "ft/min",
+                altitude=height,
+            ),
             PerformanceFigure("speed of the best rate", place, best.calibrated / KNOT, "KCAS"),
             PerformanceFigure("best angle of climb", place, steep.state.climb / DEGREE, "°"),
             PerformanceFigure("speed of the best angle", place, steep.calibrated / KNOT, "KCAS"),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 @dataclass(frozen=True, slots=True)
 class PerformanceFigure:
     """One figure of a model's performance [`unit`] in a condition, and the published one where
-    there is any.
+    there is any. `altitude` [m] of a climb.
     """
 
     name: str
@@ -14,6 +14,7 @@ class PerformanceFigure:
     model: float
     unit: str
     published: float | None = None
+    altitude: float | None = None
 
     @property
     def difference(self) -> float | None:

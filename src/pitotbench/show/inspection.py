@@ -301,8 +301,8 @@ def performance_tree(found: Performance) -> list[Node]:
     """
     picture = Figure("pitotbench.show.inspection_panels.performance_panels", (found,))
     tables = (
-        Table(PERFORMANCE_COLUMNS, found.figures),
-        Table(SKIPPED_COLUMNS, found.skipped),
+        Table(PERFORMANCE_COLUMNS, found.figures, "every figure"),
+        Table(SKIPPED_COLUMNS, found.skipped, "not found"),
     )
     return [
         Sentence(performance_sentence(found)),

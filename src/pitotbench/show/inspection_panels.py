@@ -69,6 +69,26 @@ def _over_minutes(log: FlightLog, values: Array) -> list[Array]:
 
 
 def performance_panels(found: Performance, units: Units = BENCH) -> list[Panel]:
+    """What the sentence of a performance says: the airspeeds, and the climb up to the ceiling."""
+    return [*_airspeeds(found, units), *_climb(found, units)]
+
+
+def _climb(found: Performance, units: Units) -> list[Panel]:
+    """The best rate of climb over altitude, up to where the airplane climbs no more."""
+    places = [
+        (each.model, each.altitude / FOOT) for each in found.figures if each.altitude is not None
+    ]
+    places += [(0.0, each.model) for each in found.figures if each.name == "absolute ceiling"]
+    draw = drawing(
+        line(*np.array(places).reshape(-1, 2).T, marker="o", ms=4.0),
+        frame(
+            "best rate of climb, full throttle [ft/min]", "pressure altitude [ft]", xlim=(0.0, None)
+        ),
+    )
+    return [panel("Climb", draw, units=units)] if places else []
+
+
+def _airspeeds(found: Performance, units: Units) -> list[Panel]:
     """The airspeeds of an aircraft, each where it is found first, beside those of a handbook."""
     first: dict[str, PerformanceFigure] = {}
     for each in found.figures:

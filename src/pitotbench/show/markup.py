@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from pitotbench.show.calibration import ShortAnswer
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.renderers import html_of
-from pitotbench.show.tree import Node
+from pitotbench.show.tree import NUMBERS, Heading, Node, Table
 from pitotbench.show.words import heading, words
 from pitotbench.version import __version__
 
@@ -37,10 +37,21 @@ def page_of(
         subtitle=subtitle,
         version=__version__,
         groups=[(name, [*group]) for name, group in groupby(drawn, key=lambda each: each.group)],
-        body=html_of(nodes, units),
+        body=html_of(map(_folded, nodes), units),
         drawn=drawn,
         after=html_of(after, units),
     )
+
+
+_SHORT = 12  # rows of a table that stands open on a page
+
+
+def _folded(node: Node) -> Node:
+    """A node as it is, or a long table folded away below its title."""
+    if not isinstance(node, Table) or len(node.rows) <= _SHORT:
+        return node
+    title = f"{len(node.rows)} rows: {node.title}" if node.title else f"{len(node.rows)} rows"
+    return Heading(title, (Table(node.columns, node.rows),), NUMBERS)
 
 
 def environment() -> Environment:

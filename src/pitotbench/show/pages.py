@@ -100,21 +100,9 @@ def campaign_page(
     names = [str(name).replace("_", " ") for name in results["maneuver"].unique()]
     flown = " and ".join(names) if len(names) <= _MOST_NAMED else f"{len(names)} maneuvers"
     nodes = campaign_tree(results, [section.answer for section in sections], failures, drawn)
-    nodes = [_folded(node) for node in nodes]
     first = Heading("The case of the first flight", (Code(case),), NUMBERS)
     title = f"Pitot-static calibration: {flown}"
     return page_of(title, nodes, units, subtitle, sections, [_READING, first])
-
-
-_SHORT = 12  # rows of a table that stands open on a page
-
-
-def _folded(node: Node) -> Node:
-    """A node as it is, or a long table folded away below its title."""
-    if not isinstance(node, Table) or len(node.rows) <= _SHORT:
-        return node
-    title = f"{len(node.rows)} rows: {node.title}"
-    return Heading(title, (Table(node.columns, node.rows),), NUMBERS)
 
 
 def log_page(

@@ -3,6 +3,7 @@ flown again. One for all voices; its page and its record.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from pitotbench.effects import effect_of
 from pitotbench.records.gap import Account, FlownAgain
@@ -284,11 +285,18 @@ def _checks(account: Account) -> list[Check]:
     ]
 
 
+_EVIDENCE = ("Where the gap is", "The card of ")  # parts that a page folds: a terminal has no fold
+
+
 def account_page(account: Account, units: Units = BENCH) -> str:
     """The HTML of an account, in the reader's units."""
-    return page_of(
-        f"Reconcile: {account.log} against {account.aircraft}", account_tree(account), units
-    )
+    nodes = [
+        replace(node, depth=SOURCES)
+        if isinstance(node, Heading) and node.text.startswith(_EVIDENCE)
+        else node
+        for node in account_tree(account)
+    ]
+    return page_of(f"Reconcile: {account.log} against {account.aircraft}", nodes, units)
 
 
 def reconciliation_record(account: Account, made: Provenance, units: Units = BENCH) -> str:

@@ -10,10 +10,12 @@ import tempfile
 import zipfile
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+import numpy as np
 import pytest
 
 pytest.importorskip("bokeh", reason="the page needs Bokeh: pip install 'pitotbench[open]'")
@@ -24,6 +26,7 @@ from tornado.websocket import websocket_connect
 
 from pitotbench.browser import server as page_server
 from pitotbench.browser.desk import Desk
+from pitotbench.browser.page import picture_data
 from pitotbench.browser.server import PageServer, act
 from pitotbench.browser.uploads import Store, ending_of, shown_name
 from pitotbench.browser.words import in_fields, state_of
@@ -44,7 +47,9 @@ from pitotbench.logbook import bundle
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration_request import NamedFile
 from pitotbench.records.log import FlightSummary
+from pitotbench.records.over_dates import DatedChange, OverDates
 from pitotbench.show.reader_units import BENCH
+from pitotbench.units import KNOT
 
 PAGE = Path(page_server.__file__).parent / "page"
 
@@ -434,6 +439,29 @@ def test_a_flight_is_removed_and_the_choice_of_others_stays() -> None:
         desk.close()
 
     asyncio.run(run())
+
+
+def test_the_course_over_dates_is_told_and_drawn() -> None:
+    async def visit(server: PageServer, _: Visit) -> None:
+        desk = server.desk
+        assert state_of(desk)["course"] is None
+        days = tuple(datetime(2026, 5, day, tzinfo=UTC) for day in (1, 11, 21))
+        value = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]) * KNOT
+        change = DatedChange(2, 80.0 * KNOT, 3.0 * KNOT, 0.4 * KNOT, 0.001)
+        speeds = np.array([80.0, 100.0, 120.0]) * KNOT
+        desk.course = OverDates(("a", "b", "c"), days, speeds, value, 0.1 * value, change)
+        told = state_of(desk)["course"]
+        assert "between 2026-05-11 and 2026-05-21 (from c on)" in told["said"][0]["text"]
+        assert told["speeds"] == ["80 KIAS", "100 KIAS", "120 KIAS"]
+        assert len(told["table"][0]["rows"]) == 3
+        data = picture_data(desk)
+        assert data["fast"][1] == pytest.approx([2.0, 2.0, 5.0])
+        assert data["fast"][3] - data["fast"][1] == pytest.approx([0.2, 0.2, 0.5])
+        assert data["changed"][0] == np.datetime64("2026-05-16")
+        desk.choose(())
+        assert state_of(desk)["course"] is None
+
+    with_server(visit)
 
 
 def test_a_refusal_speaks_of_fields_not_of_flags() -> None:

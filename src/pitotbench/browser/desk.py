@@ -30,6 +30,7 @@ from pitotbench.browser.workers import Workers
 from pitotbench.logbook.bundle import ZIP
 from pitotbench.records.calibration_request import NamedFile
 from pitotbench.records.log import FlightSummary
+from pitotbench.records.over_dates import OverDates
 from pitotbench.show.reader_units import reader_units
 
 _SETTLE = 0.05  # s that a choice must stand before it is computed
@@ -60,6 +61,7 @@ class Desk:
         self.refusal = ""
         self.look: tuple[Request, Look] | None = None  # how the log was read for it, and itself
         self.answer: Answer | None = None
+        self.course: OverDates | None = None  # of the correction over dates, of several logs
         self.draft: list[DraftRow] = []
 
     @property
@@ -231,6 +233,7 @@ class Desk:
         self._stop()
         if self.refusal:
             self.answer = None
+        self.course = None
         self.request, self.refusal = request, ""
         look = self.look is None or self.look[0] != request.whole
         self._answering = self._ask("reading", self._heard, answer, request, look, wait=_SETTLE)

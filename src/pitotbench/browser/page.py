@@ -1,4 +1,4 @@
-"""The page as a document of Bokeh: three pictures, and the texts of the desk for its script."""
+"""The page as a document of Bokeh: four pictures, and the texts of the desk for its script."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -38,6 +38,7 @@ _TALL = 270  # px
 _FAINT = 0.15
 _ROOM = 50.0  # of the unit of length, above and below the heights flown
 _KILOMETER = 1000.0  # m
+_AT_SPEEDS = {"slow": _BLUE, "middle": _ORANGE, "fast": _GREEN}  # of the course over dates
 _COLUMNS = {  # of the data of each part of the pictures
     "flight": ("minute", "speed", "height", "north", "east"),
     "used": ("begin", "end"),
@@ -46,6 +47,8 @@ _COLUMNS = {  # of the data of each part of the pictures
     "legs": ("speed", "correction", "low", "high"),
     "handbook": ("speed", "correction"),
     "marked": ("minute", "speed", "correction"),
+    **dict.fromkeys(_AT_SPEEDS, ("date", "correction", "low", "high")),
+    "changed": ("date",),
 }
 _FLIGHT = {
     "minute": "@minute{0.00}",
@@ -76,6 +79,7 @@ _LEG: Mapping[str, str | float] = {
 _DASHED = {"color": _ORANGE, "line_dash": "dashed", "y_range_name": "height"}
 _SAMPLE: Mapping[str, str | float] = {"color": _GREY, "alpha": 0.4}
 _HANDBOOK = {"color": _ORANGE, "line_dash": "dashed"}
+_CHANGED = {"color": _GREY, "line_dash": "dashed"}
 
 
 # By picture, kind of drawing in Bokeh and name of the data: the columns that are drawn, and how they
@@ -94,6 +98,15 @@ _GLYPHS: dict[tuple[str, str, str], tuple[tuple[str, ...], Mapping[str, str | fl
     ("error", "segment", "legs"): (("speed", "low", "speed", "high"), {"color": _INK}),
     ("error", "scatter", "legs"): (("speed", "correction"), _LEG),
     ("error", "scatter", "marked"): (("speed", "correction"), _MARK),
+    ("dates", "vspan", "changed"): (("date",), _CHANGED),
+    **{
+        ("dates", kind, name): (columns, {"color": color, **look})
+        for name, color in _AT_SPEEDS.items()
+        for kind, columns, look in (
+            ("segment", ("date", "low", "date", "high"), {}),
+            ("scatter", ("date", "correction"), {"size": 7}),
+        )
+    },
 }
 
 
@@ -132,6 +145,15 @@ def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
             "handbook": tuple(np.hstack(books) / unit) if books else (),
         }
         data |= {name: columns for name, columns in answered.items() if columns}
+    if (course := desk.course) is not None:
+        dates = np.array([each.replace(tzinfo=None) for each in course.dates], "datetime64[ms]")
+        for name, value, bound in zip(
+            _AT_SPEEDS, course.correction.T, course.two_sigma.T, strict=True
+        ):
+            data[name] = (dates, value / unit, (value - bound) / unit, (value + bound) / unit)
+        if course.change is not None:
+            first = course.change.first
+            data["changed"] = (dates[first - 1 : first] + (dates[first] - dates[first - 1]) / 2,)
     return data
 
 
@@ -159,8 +181,8 @@ def _figure(name: str, x: str, y: str, zoom: str, **settings: Any) -> Any:
 
 
 class View:
-    """The pictures of a desk in one tab: airspeed and height over `time`, the `track`, and the
-    `error` with its bound.
+    """The pictures of a desk in one tab: airspeed and height over `time`, the `track`, the `error`
+    with its bound, and the correction over the `dates` of several flights.
     """
 
     def __init__(self, desk: Desk) -> None:
@@ -176,6 +198,7 @@ class View:
         )
         self.track = _figure("track", "east [km]", "north [km]", "wheel_zoom", match_aspect=True)
         self.error = _figure("error", "", "", "wheel_zoom")
+        self.dates = _figure("dates", "date (UTC)", "", "xwheel_zoom", x_axis_type="datetime")
         drawn = {
             (picture, kind, data): getattr(getattr(self, picture), kind)(
                 *columns, source=self.data[data], **look
@@ -196,7 +219,8 @@ class View:
             HoverTool(renderers=[drawn["error", "line", "curve"]], mode="vline"),
         )
         self.time.add_layout(LinearAxis(y_range_name="height"), "right")
-        self.error.add_layout(Span(location=0.0, dimension="width", line_width=1))
+        for picture in (self.error, self.dates):
+            picture.add_layout(Span(location=0.0, dimension="width", line_width=1))
         self.data["samples"].selected.on_change("indices", self._tapped)
         self.time.on_event(SelectionGeometry, self._brushed)
 
@@ -205,7 +229,7 @@ class View:
         desk = self._desk
         # A property that nothing draws: the texts are no HTML.
         self.time.tags = [json.dumps(state_of(desk), allow_nan=False)]
-        shown = (desk.look, desk.answer, desk.units)
+        shown = (desk.look, desk.answer, desk.course, desk.units)
         if [*map(id, shown)] != [*map(id, self._shown)]:
             self._shown = shown
             self.data["samples"].selected.indices = []
@@ -218,6 +242,7 @@ class View:
         self.time.right[0].axis_label = f"pressure altitude [{length}]"
         self.time.yaxis[0].axis_label = self.error.xaxis.axis_label = f"indicated airspeed [{unit}]"
         self.error.yaxis.axis_label = f"correction to add [{unit}]"
+        self.dates.yaxis.axis_label = self.error.yaxis[0].axis_label
         for name, rows in _AT_THE_POINTER.items():
             getattr(self, name).select_one(HoverTool).tooltips = [
                 (label, text.replace("UNIT", unit).replace("LENGTH", length))
@@ -248,7 +273,7 @@ def open_document(desk: Desk, document: Document) -> View:
     view = View(desk)
     document.title = "pitotbench"
     document.template = Template(Path(own_folder(), "page.html").read_text(encoding="utf-8"))
-    for picture in (view.time, view.track, view.error):
+    for picture in (view.time, view.track, view.error, view.dates):
         document.add_root(picture)
     view.render()
     listen = partial(document.add_next_tick_callback, view.render)

@@ -11,9 +11,10 @@ from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.inspection import SUMMARY_COLUMNS
+from pitotbench.show.over_dates import over_dates_tree
 from pitotbench.show.renderers import plain_of, plain_table
 from pitotbench.show.tree import SOURCES
-from pitotbench.units import SUFFIXES, SYMBOLS
+from pitotbench.units import KNOT, SUFFIXES, SYMBOLS
 
 UNITS = ("kt", "kmh", "mph", "mps")
 _KINDS = (
@@ -57,6 +58,7 @@ def state_of(desk: Desk) -> Plain:
         },
         "command": asked.command(desk.units) if asked is not None else "",
         "answer": _answer(desk),
+        "course": _course(desk),
         "draft": _draft(desk),
         "legs": desk.legs,
     }
@@ -97,6 +99,18 @@ def _answer(desk: Desk) -> Plain | None:
         "usable": result.usable,
         "tree": plain_of(tree.nodes, desk.units, SOURCES),
         "take": [kind for kind in _KINDS if answer.final and known.get(kind, True)],
+    }
+
+
+def _course(desk: Desk) -> Plain | None:
+    """The course over dates: its sentences, the airspeeds of its picture, and its table."""
+    if (found := desk.course) is None:
+        return None
+    told = plain_of(over_dates_tree(found).nodes, desk.units)
+    return {
+        "said": [each for each in told if each["kind"] != "table"],
+        "speeds": [desk.units.text(f"{each / KNOT:.0f} KIAS") for each in found.airspeed],
+        "table": [each for each in told if each["kind"] == "table"],
     }
 
 

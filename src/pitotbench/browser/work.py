@@ -4,6 +4,7 @@ a reply is, as the desk calls it, and the reply itself.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -17,6 +18,7 @@ from pitotbench.records.calibration_request import (
     asked_fields,
 )
 from pitotbench.records.log import FlightLog, FlightSummary
+from pitotbench.records.over_dates import OverDates
 from pitotbench.show.columns import command_line
 from pitotbench.show.reader_units import Units, reader_units
 from pitotbench.units import MINUTE, Array, Meters, MetersPerSecond
@@ -258,6 +260,25 @@ def answer(tell: Tell, request: Request, look: bool) -> None:
         tell("look", (request.whole, _look(_part(request.logs[0].path, request.whole))))
     flights = _calibrated(tell, request)
     tell("answer", _answer(flights, _settings(request, flights[0]), True))
+    if len(request.logs) > 2:
+        tell("status", "each flight by itself")
+        tell("course", _course(request))
+
+
+def _course(request: Request) -> OverDates | None:
+    """Return the correction of each log by itself over their dates; None where they tell none."""
+    from pitotbench.calibration.over_dates import over_dates
+    from pitotbench.records import BadInputError, NoAnswerError
+
+    found = {}
+    for each in request.logs:
+        with suppress(BadInputError, NoAnswerError):
+            found[each.name] = _calibrated.__wrapped__(_unheard, replace(request, logs=(each,)))
+    return over_dates([*found], [*found.values()])
+
+
+def _unheard(_name: str, _reply: object) -> None:
+    """Take what is told of a step that has no place on the page."""
 
 
 def _answer(
@@ -265,7 +286,7 @@ def _answer(
 ) -> Answer:
     from pitotbench.show.calibration import flight_lines
 
-    lines = tuple(line for each in flights for line in flight_lines(each))
+    lines = tuple(dict.fromkeys(line for each in flights for line in flight_lines(each)))
     spans = {span for each in flights if each.place == 0 for span in each.calibration.parts}
     return Answer(flights[0].calibration, lines, tuple(sorted(spans)), settings, final)
 

@@ -191,6 +191,9 @@ at("whole").addEventListener("click", () => {
 for (const radio of document.getElementsByName("mode")) {
   radio.addEventListener("change", look);
 }
+at("all").addEventListener("click", () => {
+  for (const box of document.querySelectorAll("#flights input")) box.checked = true;
+});
 at("choose").addEventListener("click", () => {
   const marked = document.querySelectorAll("#flights input:checked");
   act({ what: "choose", places: Array.from(marked, (box) => Number(box.value)) });
@@ -369,6 +372,11 @@ function show(text) {
     for (const [name, value] of Object.entries(state.flags)) form.elements[name].value = value;
     form.elements.without.value = state.without.join(", ");
   }
+  const course = state.course;
+  at("over").hidden = !course;
+  tell("course", course ? course.said : []);
+  tell("courses", course ? course.table : []);
+  at("speeds").replaceChildren(...(course ? course.speeds : []).map((text, place) => make("span", text, { class: `at${place}` })));
   say("command", state.command);
   tell("rest", told.filter((node) => !early.includes(node)));
   at("take").replaceChildren(...(answer ? answer.take : []).map((kind) => make("a", TAKE[kind], { href: `/take/${kind}`, download: "" })));

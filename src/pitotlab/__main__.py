@@ -23,10 +23,9 @@ COMMANDS = {
     "peers": "pitotlab.peers:command",
     "real": "pitotlab.real_logs:command",
     "gallery": "pitotlab.gallery:command",
-    "outside": "pitotlab.outside.judge:command",
     "outside write": "pitotlab.outside.written:command",
-    "outside judge": "pitotlab.outside.builds:judge_command",
-    "outside compare": "pitotlab.outside.builds:compare_command",
+    "outside judge": "pitotlab.outside.judge:judge_command",
+    "outside compare": "pitotlab.outside.judge:compare_command",
     "blind signatures": "pitotlab.blind.signatures:command",
     "blind generate": "pitotlab.blind.drawn:command",
     "blind analyze": "pitotlab.blind.analyze:command",
@@ -43,7 +42,6 @@ COMMANDS = {
     "drills": "pitotlab.drills.costs:command",
     "door": "pitotlab.door:command",
     "broken": "pitotlab.broken.measure:command",
-    "broken scales": "pitotlab.broken.scales:command",
 }
 
 

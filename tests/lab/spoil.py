@@ -35,7 +35,7 @@ from tests.logbook.field_recorders import KINDS
 from pitotbench.cli.app import main as run_command
 from pitotbench.logbook.formats import write_log
 from pitotbench.records.log import FlightLog
-from pitotlab.outside.judge import append_to, read_rows
+from pitotlab.sets import append_to, read_rows
 
 Random = np.random.Generator
 FAULTS = ("traceback", "exit 1", "hang", "memory", "stray output", "invalid JSON", "crash")

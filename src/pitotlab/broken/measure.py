@@ -35,8 +35,9 @@ from pitotlab.broken.ulog import write_ulog
 from pitotlab.outside.generator import OutsideFlight, generate, write_csv
 from pitotlab.outside.kinds import KINDS as GOOD_KINDS
 from pitotlab.outside.kinds import ROUGH
+from pitotlab.outside.moving_air import Cell
 from pitotlab.outside.physics import Array, calibrated_airspeed, impact_pressure
-from pitotlab.outside.written import DEVELOPMENT_BELOW, SCORED_FROM
+from pitotlab.sets import seeds_of
 
 Key = tuple[str, str, int]
 Job = Callable[[Path], Iterator["BrokenRow"]]
@@ -164,22 +165,29 @@ def scaled(flight: OutsideFlight, factor: float) -> dict[str, Array]:
     return columns | {"impact_pressure_pa": impact_pressure(shown)}
 
 
+def scaled_flight(cell: Cell, seed: int, given: float) -> tuple[dict[str, Array], float]:
+    """Fly a cell; return every second row of its log with the airspeed divided by a factor, and the
+    true factor on it, the airplane's own error included.
+    """
+    flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
+    right = calibrated_airspeed(flight.state.impact)
+    own = float(np.mean(right / calibrated_airspeed(flight.state.indicated_impact)))
+    return {n: c[::THINNED] for n, c in scaled(flight, given).items()}, given * own
+
+
 def scale_rows(number: int, seed: int, folder: Path) -> Iterator[BrokenRow]:
     """Find a factor from 0.6 to 1.6, the airplane's own error included, in each container."""
     cell = replace((BASE, LIGHT)[number % 2], temperature="air")
-    flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
     given = FACTORS[0] + (FACTORS[1] - FACTORS[0]) * ((number * 0.618) % 1.0)
-    right = calibrated_airspeed(flight.state.impact)
-    own = float(np.mean(right / calibrated_airspeed(flight.state.indicated_impact)))
-    columns = {n: c[::THINNED] for n, c in scaled(flight, given).items()}
+    columns, true = scaled_flight(cell, seed, given)
     for container in SCALED:
         path = folder / f"log{container}"
         SCALED[container](columns, path)
         found, says = answer_of(path)
-        row = BrokenRow("scale", cell.name, container, seed, "refused", given * own, says=says)
+        row = BrokenRow("scale", cell.name, container, seed, "refused", true, says=says)
         if found is not None and found.scale is not None:
             factor, two_sigma = found.scale.factor, found.scale.two_sigma
-            outcome = "inside" if abs(factor - given * own) <= two_sigma else "outside"
+            outcome = "inside" if abs(factor - true) <= two_sigma else "outside"
             row = replace(row, outcome=outcome, found=factor, two_sigma=two_sigma)
         yield row
 
@@ -215,12 +223,9 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--data", type=Path, help="folder of measured logs")
     parser.add_argument("--out", type=Path, help=f"write the table, such as {TABLE.name}")
     choice = parser.parse_args(words)
-    first, _, behind = choice.seeds.partition(":")
-    seeds = range(int(first), int(behind))
-    needed = choice.each * len(KINDS) + GOOD + SCALES
-    if len(seeds) < needed or (seeds[-1] >= DEVELOPMENT_BELOW and seeds[0] < SCORED_FROM):
-        ranges = f"below {DEVELOPMENT_BELOW} (development) or from {SCORED_FROM} on"
-        parser.error(f"give {needed} seeds, {ranges}")
+    seeds = seeds_of(parser, choice.seeds)
+    if len(seeds) < (needed := choice.each * len(KINDS) + GOOD + SCALES):
+        parser.error(f"give {needed} seeds")
     head = f"# python -m pitotlab broken --seeds {choice.seeds}"
     rows = list(_kept(choice.out, head)) if choice.out else []
     done = {row.key for row in rows}

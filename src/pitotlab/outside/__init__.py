@@ -1,3 +1,1 @@
-"""A generator of flights that shares no code with the product, an oracle of its bounds, and the
-judge of both.
-"""
+"""A generator of flights that shares no code with the product, and the judge of its calibration."""

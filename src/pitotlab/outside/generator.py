@@ -81,18 +81,8 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
-    """What a calibration of the log should find."""
-
-    indicated_airspeed: Array  # m/s, every 5 kt
-    calibrated_airspeed: Array  # m/s
-    position_error: Array  # ft, true minus indicated pressure altitude
-    mean_wind: Array  # m/s toward north and east (2,): the mean over the log, gusts aside
-
-
-@dataclass(frozen=True, slots=True)
 class OutsideFlight:
-    """A flight, its log and its truth."""
+    """A flight, and its log."""
 
     cell: Cell
     maneuver: str
@@ -102,7 +92,11 @@ class OutsideFlight:
     error: SourceError
     state: State
     columns: dict[str, Array]
-    truth: Truth
+
+    @property
+    def mean_wind(self) -> Array:
+        """Wind toward north and east [m/s], (2,): the mean over the log, gusts aside."""
+        return np.asarray(self.sky.wind[:2] + self.state.slow_wind[:, :2].mean(axis=0))
 
     def correction(self, indicated_airspeed: Array) -> Array:
         """True calibrated minus indicated airspeed [m/s] at airspeeds [m/s] of the log."""
@@ -113,7 +107,11 @@ class OutsideFlight:
     def position_error(self, indicated_airspeed: Array) -> Array:
         """True minus indicated pressure altitude [ft] at indicated airspeeds [m/s] of the log."""
         indicated = _impact_of_reading(self.cell, indicated_airspeed)
-        return _position_error(self.cell, self.sky, self.error, indicated)
+        impact = impact_from_indicated(self.error, indicated)
+        pressure = self.sky.day.pressure(np.full(len(indicated), self.cell.height))
+        total = physics.total_share(self.error, indicated) * impact
+        heights = map(physics.pressure_altitude, (pressure, pressure + impact - indicated - total))
+        return np.asarray(np.subtract(*heights) / FOOT)
 
 
 def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
@@ -132,8 +130,7 @@ def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
     fix_rate = 20.0 if seed % 2 == 0 else 1.0
     air_temperature = {"air": True, "total": False}.get(cell.temperature, seed // 2 % 2 == 1)
     columns = _logged(cell, _record(cell, state, fix_rate, air_temperature, dice))
-    truth = _truth(cell, sky, error, state)
-    return OutsideFlight(cell, maneuver, seed, fix_rate, sky, error, state, columns, truth)
+    return OutsideFlight(cell, maneuver, seed, fix_rate, sky, error, state, columns)
 
 
 def _draw_sky(cell: Cell, dice: np.random.Generator) -> Sky:
@@ -334,29 +331,6 @@ def _attitude(state: State) -> Array:
     attack = np.radians(4.0) * (float(np.mean(quiet)) / quiet) ** 2 / np.cos(roll)
     climb = -state.ground_velocity[:, 2] / quiet
     return np.stack([roll, attack * np.cos(roll) + climb, state.heading], axis=-1)
-
-
-def _position_error(cell: Cell, sky: Sky, error: SourceError, indicated: Array) -> Array:
-    """True minus indicated pressure altitude [ft] at impact pressures of the sources [Pa]."""
-    impact = impact_from_indicated(error, indicated)
-    pressure = sky.day.pressure(np.full(len(indicated), cell.height))
-    total = physics.total_share(error, indicated) * impact
-    indicated_pressure = pressure + (impact - indicated) - total
-    above = physics.pressure_altitude(pressure) - physics.pressure_altitude(indicated_pressure)
-    return above / FOOT
-
-
-def _truth(cell: Cell, sky: Sky, error: SourceError, state: State) -> Truth:
-    step = 5.0 * physics.KNOT
-    low, high = read_airspeed(cell, np.array([cell.low, cell.high]))
-    points = np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1.0) * step
-    indicated = _impact_of_reading(cell, points)
-    return Truth(
-        indicated_airspeed=points,
-        calibrated_airspeed=physics.calibrated_airspeed(impact_from_indicated(error, indicated)),
-        position_error=_position_error(cell, sky, error, indicated),
-        mean_wind=sky.wind[:2] + state.slow_wind[:, :2].mean(axis=0),
-    )
 
 
 def write_csv(columns: Mapping[str, Array], path: Path) -> None:

@@ -377,5 +377,6 @@ SETS: dict[str, tuple[Cell, ...]] = {
     "kinds": tuple(KINDS.values()),
     "rough": tuple(ROUGH.values()),
     "faults": tuple(FAULTS.values()),
-    **{name: (cell,) for name, cell in (KINDS | ROUGH | FAULTS | OTHERS).items()},
+    "cells": tuple(CELLS.values()),
+    **{name: (cell,) for name, cell in (CELLS | KINDS | ROUGH | FAULTS | OTHERS).items()},
 }

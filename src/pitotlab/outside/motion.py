@@ -156,7 +156,7 @@ def lagged(signal: Array, seconds: float, rate: float) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Standard deviations of the sensors' errors; one record for the generator and the oracle."""
+    """Standard deviations of the sensors' errors."""
 
     impact: float = 10.0  # Pa, white
     static: float = 10.0  # Pa, white

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gamma, kv
 
 from pitotlab.outside.motion import BANK, RATE, lagged
 from pitotlab.outside.physics import (
@@ -59,12 +58,6 @@ def _synthesize(power: Array, count: int, sigma: float, dice: np.random.Generato
     spectrum = np.fft.rfft(dice.standard_normal(count)) * np.sqrt(power)
     both_sides = 2.0 * power.sum() - power[0] - power[-1]
     return np.asarray(sigma * np.fft.irfft(spectrum, count) / np.sqrt(both_sides / count))
-
-
-def von_karman_correlation(distance: Array, length: float) -> Array:
-    """Correlation of the gust along the path over a distance [m] (von Karman 1948)."""
-    z = np.maximum(np.abs(distance) / (VON_KARMAN * length), 1e-12)
-    return np.asarray(2.0 ** (2.0 / 3.0) / gamma(1.0 / 3.0) * z ** (1.0 / 3.0) * kv(1.0 / 3.0, z))
 
 
 def bursts(time: Array, dice: np.random.Generator) -> Array:

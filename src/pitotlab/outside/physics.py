@@ -2,7 +2,6 @@
 static errors.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
@@ -83,16 +82,6 @@ def pressure_altitude(pressure: Array) -> Array:
     return np.asarray(
         SEA_LEVEL_TEMPERATURE / LAPSE * (1.0 - (pressure / SEA_LEVEL_PRESSURE) ** exponent)
     )
-
-
-def central_difference(function: Callable[[Array], Array], at: Array, steps: Array) -> Array:
-    """Slopes of a function of one vector, one column an entry of the vector."""
-    columns = []
-    for place, step in enumerate(steps):
-        shift = np.zeros_like(at)
-        shift[place] = step
-        columns.append((function(at + shift) - function(at - shift)) / (2.0 * step))
-    return np.stack(columns, axis=-1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,8 @@ from pitotlab.outside.generator import OutsideFlight, generate, read_airspeed, w
 from pitotlab.outside.kinds import SETS
 from pitotlab.outside.moving_air import Cell
 from pitotlab.outside.physics import KNOT
+from pitotlab.sets import seeds_of
 
-DEVELOPMENT_BELOW, SCORED_FROM = 50_000, 600_000
 TRUTH = ".truth.json"
 
 
@@ -31,7 +31,7 @@ def truth_of(flight: OutsideFlight) -> dict[str, object]:
         "indicated_airspeed_kt": list(at / KNOT),
         "correction_kt": list(flight.correction(at) / KNOT),
         "position_error_ft": list(flight.position_error(at)),
-        "mean_wind_kt": list(flight.truth.mean_wind / KNOT),
+        "mean_wind_kt": list(flight.mean_wind / KNOT),
         "unknowns": _not_usual(cell),
     }
 
@@ -48,46 +48,34 @@ def _not_usual(cell: Cell) -> dict[str, object]:
     return numbers | getattr(cell.slow_wind, "keywords", {})
 
 
+def write_flight(cell: Cell, seed: int, folder: Path) -> Path:
+    """Write one flight of a cell, SEED.csv and its SEED.truth.json; return the latter."""
+    flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
+    write_csv(flight.columns, folder / f"{seed}.csv")
+    beside = folder / f"{seed}{TRUTH}"
+    beside.write_text(json.dumps(truth_of(flight)), encoding="utf-8")
+    return beside
+
+
 def write_set(name: str, seeds: Sequence[int], folder: Path) -> int:
-    """Write each flight of a set: CELL/SEED.csv, SEED.truth.json; return how many were new."""
+    """Write each flight of a set into a folder a cell; return how many were new."""
     new = 0
     for cell in SETS[name]:
-        for seed in seeds:
-            path = folder / cell.name / f"{seed}.csv"
-            beside = path.with_suffix(TRUTH)
-            if beside.exists():
-                continue
-            path.parent.mkdir(parents=True, exist_ok=True)
-            flight = generate(cell, cell.maneuvers[seed % len(cell.maneuvers)], seed)
-            write_csv(flight.columns, path)
-            beside.write_text(json.dumps(truth_of(flight)), encoding="utf-8")
-            new += 1
+        place = folder / cell.name
+        place.mkdir(parents=True, exist_ok=True)
+        missing = [seed for seed in seeds if not (place / f"{seed}{TRUTH}").exists()]
+        for seed in missing:
+            write_flight(cell, seed, place)
+        new += len(missing)
     return new
 
 
 def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """Write sets of flights of the independent generator: a log and its truth each."""
-    parser.add_argument("sets", nargs="+", metavar="SET", help=", ".join(SETS))
+    parser.add_argument("sets", nargs="+", metavar="SET", choices=SETS, help=", ".join(SETS))
     parser.add_argument("--seeds", required=True, metavar="A:B", help="from A to B - 1")
     parser.add_argument("--out", type=Path, required=True, help="folder")
     choice = parser.parse_args(words)
-    unknown = [name for name in choice.sets if name not in SETS]
-    if unknown:
-        parser.error(f"unknown set {unknown[0]!r}; known: {', '.join(SETS)}")
-    first, _, behind = choice.seeds.partition(":")
-    if not (first.isdigit() and behind.isdigit()):
-        parser.error(f"--seeds {choice.seeds!r}: give two whole numbers, such as 1000:1008")
-    seeds = checked_seeds(parser, int(first), int(behind) - int(first))
+    seeds = seeds_of(parser, choice.seeds)
     for name in choice.sets:
         print(f"{name}: {write_set(name, seeds, choice.out)} new logs in {choice.out}", flush=True)
-
-
-def checked_seeds(parser: argparse.ArgumentParser, first: int, flights: int) -> range:
-    """Seeds that are all of development or all scored; ends the command where they are not."""
-    seeds = range(first, first + flights)
-    if flights < 1 or first < 0 or (seeds[-1] >= DEVELOPMENT_BELOW and first < SCORED_FROM):
-        parser.error(
-            f"seeds {first} to {first + flights - 1}: stay below {DEVELOPMENT_BELOW} (development) "
-            f"or begin at {SCORED_FROM} or above (scored)"
-        )
-    return seeds

@@ -84,7 +84,9 @@ class StudyRequest:
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """The tables, the answers by claim, the page, the failures in words, the flights lost."""
+    """The tables, the answers by claim, the page or the folder of the tables, the failures in words,
+    the flights lost.
+    """
 
     evidence: StudyTables
     findings: Mapping[str, Finding]
@@ -94,7 +96,7 @@ class StudyResult:
 
 
 def run_study(request: StudyRequest) -> StudyResult:
-    """Fly the study, answer every claim, and write report.html and the tables.
+    """Fly the study and write its tables; of all settings, answer every claim and write report.html.
 
     The same seeds give the same numbers on any number of processes. Raises BadInputError for a
     request that makes no sense, NoAnswerError where nothing could be flown.
@@ -110,7 +112,10 @@ def run_study(request: StudyRequest) -> StudyResult:
     if not any(done.fits for done in measured):
         raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
     lost = sum(not done.flights for done in measured)
-    return replace(_answered(request, StudyTables.of(measured)), failures=failures, lost=lost)
+    evidence = StudyTables.of(measured)
+    # A claim takes flights of several settings: a part of them waits for `tables`.
+    answered = _written(request, evidence) if settings else _answered(request, evidence)
+    return replace(answered, failures=failures, lost=lost)
 
 
 def fly_sorties(
@@ -140,25 +145,32 @@ def _read(folders: Sequence[Path]) -> StudyTables:
     return StudyTables.of_tables(tables)
 
 
-def _answered(request: StudyRequest, evidence: StudyTables) -> StudyResult:
-    from pitotlab.study.page import study_html  # loads the drawing library
-
-    findings = {number: claim.answer(evidence) for number, claim in CLAIMS.items()}
+def _written(request: StudyRequest, evidence: StudyTables) -> StudyResult:
+    """Write the tables."""
     try:
         request.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BadInputError(
             f"{request.out}: cannot be made: {error.strerror}; choose another --out"
         ) from error
+    for name in TABLES:
+        with atomic(request.out / f"{name}.parquet") as scratch:
+            getattr(evidence, name).to_parquet(scratch, index=False)
+    return StudyResult(evidence, {}, request.out)
+
+
+def _answered(request: StudyRequest, evidence: StudyTables) -> StudyResult:
+    """Write the tables, answer every claim, and write the page and the answers."""
+    from pitotlab.study.page import study_html  # loads the drawing library
+
+    _written(request, evidence)
+    findings = {number: claim.answer(evidence) for number, claim in CLAIMS.items()}
     page = request.out / "report.html"
     write_text(page, study_html(study_page_of(evidence, findings)))
     told = [(number, found.verdict, found.ours) for number, found in findings.items()]
     pd.DataFrame(told, columns=["claim", "verdict", "ours"]).to_csv(
         request.out / ANSWERS, index=False, lineterminator="\n"
     )
-    for name in TABLES:
-        with atomic(request.out / f"{name}.parquet") as scratch:
-            getattr(evidence, name).to_parquet(scratch, index=False)
     return StudyResult(evidence, findings, page)
 
 
@@ -172,7 +184,7 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     add = parser.add_argument
     add("--seeds", type=int, default=1, help="truth and sensor seeds, that many (default: 1)")
     add("--first", type=int, default=1, help="first seed (default: 1)")
-    add("--settings", default="", help=f"fly these alone, in full: {', '.join(SETTINGS)}")
+    add("--settings", default="", help=f"fly these alone, for --tables: {', '.join(SETTINGS)}")
     add("--claims-only", action="store_true", help="leave out what the paper left open")
     add("--jobs", type=int, help="processes (default: one a core)")
     add("--scheduler", help="address of a dask scheduler, tcp://host:port")
@@ -198,7 +210,8 @@ def print_result(result: StudyResult) -> None:
     table = Table("claim", "the paper", "ours", "verdict", show_lines=True)
     for number, finding in result.findings.items():
         table.add_row(number, CLAIMS[number].rule.words, finding.ours, finding.verdict)
-    console.print(table)
+    if result.findings:
+        console.print(table)
     console.print(outside(f"written: {result.page}"), soft_wrap=True)
     for text in result.failures[:_NAMED]:
         console.print(outside(f"no answer: {text}"), soft_wrap=True)

@@ -72,13 +72,12 @@ SEED ?= 900000
 JOBS ?= 2
 LAB := $(BIN)/python -m pitotlab
 
-# Signatures, a sealed set, its answers, the ideal observer, the score: in out/lab.
+# Signatures, a sealed set, its answers, the score: in out/lab.
 lab-blind: $(STAMP)
 	$(LAB) blind signatures --jobs $(JOBS)
 	$(LAB) blind generate --seed $(SEED) --jobs $(JOBS)
 	$(LAB) blind analyze --jobs $(JOBS)
-	$(LAB) blind observer --jobs $(JOBS)
-	$(LAB) blind score
+	$(LAB) blind pooled out/lab/blind
 
 $(STAMP): pyproject.toml requirements.lock src/pitotbench/version.py
 	@$(PYTHON) -c 'import sys; sys.exit("pitotbench needs Python 3.11 or newer; set PYTHON=...") if sys.version_info < (3, 11) else None'

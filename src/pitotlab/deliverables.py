@@ -21,8 +21,8 @@ from pitotbench.sensing.recorder import known_curve
 from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.simulation.sortie import fly, scaled_case
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
-from pitotlab.blind.score import wilson
 from pitotlab.experiment import CENTER, FIRST_SCORED_SEED, SPREAD, Row
+from pitotlab.sets import wilson
 
 # The air data of a small autopilot: a membrane sensor, a barometer, and a receiver with five fixes
 # a second.

@@ -53,7 +53,7 @@ def test_every_measurement_tells_its_flags(name, capsys):
 
 def test_an_unknown_measurement_is_refused_with_the_names(capsys):
     assert main(["nothing"]) == 2
-    assert "blind score" in capsys.readouterr().out
+    assert "blind pooled" in capsys.readouterr().out
     assert main([]) == 0
 
 

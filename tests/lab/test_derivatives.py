@@ -4,6 +4,7 @@ score counts.
 
 import json
 import xml.etree.ElementTree as ET
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from pitotbench.logbook.reading import read_log
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotlab.__main__ import main
+from pitotlab.blind.analyze import analyze
 from pitotlab.derivatives.files import AIRPLANES, Change, Place, write_edited
 from pitotlab.derivatives.generate import (
     LEAST,
@@ -19,10 +21,9 @@ from pitotlab.derivatives.generate import (
     draw_cases,
     flown_log,
     generate,
-    write_truth,
 )
-from pitotlab.derivatives.judge import judge
 from pitotlab.derivatives.score import NAMES, rows_of, score, score_case
+from pitotlab.sealing import opened, seal
 
 SHARE = 0.25
 EVERY = [
@@ -126,7 +127,7 @@ def flown(tmp_path_factory):
         EditedCase("case-0001", 5, "navajo", (Change("Cm_alpha", -3.0),)),
     ]
     out = tmp_path_factory.mktemp("derivatives")
-    return out, cases, generate(cases, out)
+    return out, cases, generate(7, cases, out)
 
 
 def test_a_log_names_the_unchanged_airplane_and_the_truth_stands_apart(flown):
@@ -138,7 +139,7 @@ def test_a_log_names_the_unchanged_airplane_and_the_truth_stands_apart(flown):
     assert not {"seeds", "case_sha256"} & set(log.header)
     assert "CD_0" not in json.dumps(log.header)
     assert "edited" not in json.dumps(log.header)
-    truth = json.loads((out / "truth.json").read_text("utf-8"))
+    truth = opened(out / "seal")["cases"]
     assert truth[0]["changes"] == [{"derivative": "CD_0", "share": 0.4, "pivot": "whole"}]
 
 
@@ -151,42 +152,45 @@ def test_the_edit_is_flown(flown):
     assert log.fuel_flow_left[level].mean() > 1.1 * plain.fuel_flow_left[before].mean()
 
 
-def test_a_flight_that_fails_is_in_the_truth_and_in_the_score(flown):
+def test_a_flight_that_fails_is_told_and_in_the_score(flown, monkeypatch):
+    """The judge reads the airplane from the log, and skips what it has."""
     out, cases, failed = flown
     assert set(failed) == {"case-0001"}
     assert failed["case-0001"].startswith("navajo: ")
-    told = json.loads((out / "truth.json").read_text("utf-8"))
-    assert [each["failed"] != "" for each in told] == [False, True]
-    (scored,) = score(out)  # the other one has no answer yet
-    assert scored.terms[0].outcome == "not flown"
-    with pytest.raises(ValueError, match="other cases"):
-        write_truth(out, cases[:1], {})
+    with pytest.raises(ValueError, match="another truth"):
+        generate(7, cases[:1], out)
+    asked = []
 
-
-def test_the_judge_reads_the_airplane_from_the_log_and_skips_what_it_has(flown, monkeypatch):
-    out, asked = flown[0], []
-
-    def refuse(logs, aircraft, *_, **__):
-        asked.append((logs[0].name, aircraft))
+    def refuse(paths, aircraft):
+        asked.append((paths[0].name, aircraft))
         raise RuntimeError("no time")
 
-    monkeypatch.setattr("pitotlab.derivatives.judge.reconcile_fully", refuse)
+    monkeypatch.setattr("pitotlab.blind.analyze._reconciled", refuse)
+    monkeypatch.setattr("pitotlab.blind.analyze.is_warm", lambda *given: True)
+    monkeypatch.setattr("pitotlab.blind.analyze.ProcessPoolExecutor", HereExecutor)
     for _ in range(2):
-        assert judge(out / "logs", out / "answers") == []
+        analyze(out / "logs", out / "results.jsonl")
     assert asked == [("case-0000.parquet", "navajo")]
-    assert score(out)[0].terms[0].outcome == "no answer"
+    assert [case.terms[0].outcome for case in score(out)] == ["no answer", "not flown"]
+
+
+class HereExecutor(ThreadPoolExecutor):
+    """Work in this process, where what is patched is patched."""
+
+    def __init__(self, jobs, context):
+        super().__init__(1)
 
 
 def effect(name, score=9.0, **sizes):
-    parameters = [{"name": key, "value": value, "two_sigma": 0.1} for key, value in sizes.items()]
-    return {"name": name, "parameters": parameters, "score": score}
+    return name, {key: [value, 0.1] for key, value in sizes.items()}, score
 
 
 def answer(kind, *effects, others=(), **more):
-    rivals = [[{"name": name} for name in others], *([] for _ in effects[1:])]
-    pairs = zip(effects, rivals, strict=False)
-    gaps = [{"part": "lift", "causes": [each, *rest]} for each, rest in pairs]
-    return {"verdict": kind, "gaps": gaps, **more}
+    named = [name for name, _, _ in effects]
+    rivals = [list(others), *([] for _ in effects[1:])][: len(effects)]
+    sizes, scores = ({each[0]: each[n] for each in effects} for n in (1, 2))
+    told = {"effects": named, "alternatives": rivals, "sizes": sizes, "scores": scores}
+    return {"kind": kind, "doubts": [], **told, **more}
 
 
 def truth(*changes):
@@ -207,7 +211,7 @@ def truth(*changes):
         ("in the set", answer("one_of", effect("lift_slope"), doubts=["a check"])),
         ("unknown", answer("unknown")),
         ("none", answer("no_gap")),
-        ("no answer", {"verdict": "refused"}),
+        ("no answer", {"kind": "refused"}),
     ],
 )
 def test_an_answer_has_one_outcome(wanted, given):
@@ -232,8 +236,7 @@ def test_a_told_size_is_held_against_the_share_of_the_whole():
 
 
 def test_the_significance_is_that_of_the_true_effect_or_of_the_whole_gap():
-    gaps = {"gap_before": 400.0, "gap_noise": 300.0}
-    given = answer("unknown", candidates=[effect("side_force", 8.0)], **gaps)
+    given = answer("unknown", effect("side_force", 8.0), significance=10.0)
     assert score_case(truth(("CY_beta", 0.2)), given).terms[0].significance == 8.0
     assert score_case(truth(("Cl_p", 0.2)), given).terms[0].significance == 10.0
     assert score_case(truth(("Cl_p", 0.2), ("Cn_r", 0.2)), given).terms[0].significance is None
@@ -243,7 +246,7 @@ def test_several_changes_are_found_one_by_one():
     told = map(effect, ("dihedral_effect", "roll_damping", "wind_change"))
     given = answer("one_of", *told, others=["side_force"])
     told = truth(("CY_beta", 0.2), ("Cl_p", 0.3), ("Cn_r", -0.4))
-    found = score_case(told, given | {"closure": 0.9, "closure_holdout": 0.7})
+    found = score_case(told, given | {"closure": 0.9, "held_out": 0.7})
     assert [term.outcome for term in found.terms] == ["in the set", "named alone", "wrong set"]
     assert (found.others, found.closure, found.held_out) == (1, 0.9, 0.7)
 
@@ -251,12 +254,12 @@ def test_several_changes_are_found_one_by_one():
 def test_terms_stand_in_groups_by_strength_derivative_and_airplane(tmp_path, capsys):
     cases = [truth(("CL_alpha", 0.2)), truth(("Cl_p", 0.2), ("Cn_r", 0.3), ("CD_0", 0.3))]
     cases[1]["name"] = "case-0001"
-    closures = {"closure": 0.9, "closure_holdout": 0.6}
+    closures = {"closure": 0.9, "held_out": 0.6}
     given = answer("named", effect("lift_slope", slope_change=0.25), **closures)
-    (tmp_path / "truth.json").write_text(json.dumps(cases), "utf-8")
-    (tmp_path / "answers").mkdir()
-    for case in cases:
-        (tmp_path / "answers" / f"{case['name']}.json").write_text(json.dumps(given), "utf-8")
+    seal(tmp_path / "seal", 1, cases)
+    lines = [json.dumps(given | {"name": case["name"]}) for case in cases]
+    (tmp_path / "results.jsonl").write_text("\n".join(lines), "utf-8")
+    (tmp_path / "failed.json").write_text("{}", "utf-8")
     terms = [each.terms[0] for each in score(tmp_path)][:1]
     names = [name for name, _ in rows_of(terms, "single")]
     assert names == ["single", "single, 7σ or more", "CL_alpha", "navajo"]

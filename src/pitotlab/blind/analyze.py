@@ -1,4 +1,4 @@
-"""The analyser of the blind test: it sees a folder of logs and the baseline aircraft, nothing else.
+"""The analyser of hidden causes: it sees a folder of logs and the baseline aircraft, nothing else.
 
 A line of JSON a case, written as it comes; a run that was stopped goes on where it was. The null
 flights of each card are flown once, by the first log that needs them: logs of one card are judged
@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import replace
 from functools import partial
+from math import sqrt
 from multiprocessing import get_context
 from pathlib import Path
 from time import monotonic
@@ -30,6 +31,7 @@ from pitotbench.records.case_file import write_case
 from pitotbench.records.gap import FoundFormula
 from pitotbench.records.verdict import SURE, Closure, Verdict
 from pitotlab.experiment import OUT
+from pitotlab.sealing import FURTHER, HELD
 
 LEAST = 1e-3  # probability of a cause that is written down
 
@@ -53,14 +55,17 @@ def is_warm(path: Path, aircraft: str) -> bool:
     return cache_entry(card, NULL_FLIGHTS, setting).is_file()
 
 
-def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dict[str, Any]:
+def judge(paths: Sequence[Path], aircraft: str = "", held: Path | None = None) -> dict[str, Any]:
     """Return the answer on the flights of one case. A crash of the tool is an answer as well.
+
+    Without a name of an `aircraft` it is that of the header.
 
     `held` is a flight to close with what was named.
     """
     wall, processor = monotonic(), spent()
     told: dict[str, Any] = {"name": paths[0].stem, "flights": len(paths), "warm": True}
     try:
+        aircraft = aircraft or _header_aircraft(paths[0])
         told["warm"] = all(is_warm(path, aircraft) for path in paths)
         made = _reconciled(paths, aircraft)
         told |= answer_in(made.verdict, made.account.formula)
@@ -88,7 +93,11 @@ def _reconciled(paths: Sequence[Path], aircraft: str) -> FullReconciliation:
 
 
 def answer_in(verdict: Verdict, formula: FoundFormula | None) -> dict[str, Any]:
-    """The answer with its gaps, each as its most probable effect and the others of its set."""
+    """The answer with its gaps, each as its most probable effect and the others of its set.
+
+    `scores` are those of causes by themselves [σ], `significance` that of the whole gap [σ].
+    """
+    scored = (*verdict.candidates, *(each for gap in verdict.gaps for each in gap.causes))
     return {
         "kind": verdict.kind,
         "effects": [effect.name for effect in verdict.effects],
@@ -100,6 +109,8 @@ def answer_in(verdict: Verdict, formula: FoundFormula | None) -> dict[str, Any]:
         "parts": {part: round(p, 5) for part, p in verdict.parts.items()},
         "named_parts": list(verdict.named_parts),
         "log_bayes_factor": round(verdict.log_bayes_factor, 2),
+        "scores": {each.name: round(each.score, 2) for each in scored},
+        "significance": round(sqrt(max(0.0, verdict.closure.before - verdict.closure.noise)), 2),
         "remains": verdict.remains,
         "closure": _share(verdict.closure),
         "doubts": list(verdict.doubts),
@@ -125,14 +136,12 @@ def _share(closure: Closure) -> float:
     return round(closure.share, 4)
 
 
-FURTHER = ("-b", "-c")  # ends of the names of the further flights of a case
-
-
-def analyze(logs: Path, results: Path, jobs: int = 1, aircraft: str = "navajo") -> None:
+def analyze(logs: Path, results: Path, jobs: int = 1, aircraft: str = "") -> None:
     """Judge every case of a folder that has no line in the results yet."""
     told = results.read_text("utf-8").splitlines() if results.is_file() else []
     done = {json.loads(line)["name"] for line in told}
-    flown = [flights_of(path) for path in sorted(logs.glob("log-????.parquet"))]
+    firsts = [path for path in logs.glob("*.parquet") if not path.stem.endswith((*FURTHER, HELD))]
+    flown = [flights_of(path) for path in sorted(firsts)]
     cards: dict[str, list[list[Path]]] = defaultdict(list)
     for flights in flown:
         cards[_card(flights, aircraft)].append(flights)
@@ -161,7 +170,7 @@ def analyze(logs: Path, results: Path, jobs: int = 1, aircraft: str = "navajo") 
 
 def judged(aircraft: str, flights: Sequence[Path]) -> dict[str, Any]:
     """The answer on one case."""
-    return judge(flights, aircraft, _ending(flights[0], "-held"))
+    return judge(flights, aircraft, _ending(flights[0], HELD))
 
 
 def flights_of(path: Path) -> list[Path]:
@@ -173,6 +182,11 @@ def _ending(path: Path, end: str) -> Path:
     return path.with_name(f"{path.stem}{end}{path.suffix}")
 
 
+def _header_aircraft(path: Path) -> str:
+    """The airplane that the header of a log names."""
+    return str(read_log(path).header["case"]["aircraft"])
+
+
 def _card(flights: Sequence[Path], aircraft: str) -> str:
     """The cards of a case as text, which decide its null flights; without an airplane its name."""
     told: list[str] = []
@@ -181,18 +195,28 @@ def _card(flights: Sequence[Path], aircraft: str) -> str:
     for path in flights:
         try:
             log = read_log(path)
-            card = card_of(log.header, aircraft)
+            card = card_of(log.header, aircraft or _header_aircraft(path))
             told.append(write_case(as_flown(card, log)) if card is not None else "")
         except BadInputError:  # is refused when it is judged
             told.append("refused")
     return "\n".join(told)
 
 
-def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+def command(parser: ArgumentParser, words: Sequence[str], set_name: str) -> None:
     """Judge every case of a folder of logs, from the logs and the baseline aircraft alone."""
     add = parser.add_argument
-    add("--logs", type=Path, default=OUT / "blind" / "logs")
-    add("--results", type=Path, default=OUT / "blind" / "results.jsonl")
+    add("--logs", type=Path, default=OUT / set_name / "logs")
+    add("--results", type=Path, default=OUT / set_name / "results.jsonl")
     add("--jobs", type=int, default=2)
-    add("--aircraft", default="navajo")
+    add("--aircraft", default="", help="the baseline, or none (default: that of the header)")
     analyze(**vars(parser.parse_args(words)))
+
+
+def blind_command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Judge every log of the blind test."""
+    command(parser, words, "blind")
+
+
+def derivatives_command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Judge every log of an edited airplane by the unchanged one."""
+    command(parser, words, "derivatives")

@@ -1,7 +1,7 @@
-"""One judged case: what was hidden, what was answered, and what the ideal observer saw."""
+"""One judged case: what was hidden, and what was answered."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,11 +26,10 @@ def _joined(cause: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class JudgedCase:
-    """One case, as read from the files of truth, answers and observations."""
+    """One case, as read from the files of truth and answers."""
 
     truth: Mapping[str, Any]
     answer: Mapping[str, Any]
-    observed: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def kind(self) -> str:
@@ -99,20 +98,16 @@ class JudgedCase:
     @property
     def probabilities(self) -> dict[str, float]:
         """The probability of each cause; effects of one model are one cause."""
-        return probabilities_of(self.answer)
+        found: dict[str, float] = {}
+        for cause, p in self.answer.get("probabilities", {}).items():
+            found[_joined(cause)] = found.get(_joined(cause), 0.0) + p
+        return found
 
     @property
     def first(self) -> bool:
         """The most probable cause is a hidden one."""
         found = self.probabilities
         return bool(found) and max(found, key=lambda c: found[c]) in self.wanted
-
-    @property
-    def observer_names(self) -> bool:
-        """The ideal observer gives a hidden cause more than 0.9 of the gap."""
-        found = probabilities_of(self.observed)
-        gap = max(1e-9, 1.0 - found.pop("none", 0.0))
-        return any(found.get(c, 0.0) / gap > 0.9 for c in self.wanted) and gap > 0.5
 
 
 def groups_of(answer: Mapping[str, Any]) -> list[set[str]]:
@@ -121,11 +116,3 @@ def groups_of(answer: Mapping[str, Any]) -> list[set[str]]:
         return []
     pairs = zip(answer["effects"], answer["alternatives"], strict=True)
     return [{model_of(n) for n in (name, *others)} for name, others in pairs]
-
-
-def probabilities_of(answer: Mapping[str, Any]) -> dict[str, float]:
-    """The probabilities of an answer, effects of one model joined."""
-    found: dict[str, float] = {}
-    for cause, p in answer.get("probabilities", {}).items():
-        found[_joined(cause)] = found.get(_joined(cause), 0.0) + p
-    return found

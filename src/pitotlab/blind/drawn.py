@@ -1,39 +1,30 @@
 """The generator of the blind test: logs under neutral names, and the truth in a sealed file
 elsewhere.
 
-`blind signatures` comes first: it measures the strength of every effect in every setting. The truth
-is drawn and its salted SHA-256 written before the first log. A run that was stopped goes on where
-it was.
+`blind signatures` comes first: it measures the strength of every effect in every setting.
 """
 
-import json
-import secrets
 from argparse import ArgumentParser
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import partial
-from hashlib import sha256
-from itertools import count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.random import Generator
 
-from pitotbench.campaigns.fleet import require_all, run_tasks
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
-from pitotbench.logbook.formats import write_log
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import header
-from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.units import KNOT, Array
 from pitotlab.blind.flown import SETTINGS, Environment, Setting, flown, has_wind, recorded
 from pitotlab.blind.forms import OWN_FORMS
 from pitotlab.blind.outsiders import HIDDEN_EFFECTS, OUTSIDERS, Part
 from pitotlab.blind.signatures import GUSTS, PLACE, SettingSignatures, read, typical
 from pitotlab.experiment import OUT
+from pitotlab.sealing import FURTHER, HELD, seal, write_logs
 
 BANDS = {"above 7": (8.0, 500.0), "4 to 7": (4.3, 6.7), "2 to 4": (2.2, 3.8)}
 WEAK = ("4 to 7", "2 to 4")
@@ -157,8 +148,7 @@ def _effect(
         if not _within(name, factor):
             continue
         sign = -1.0 if _by(draw, 0.5) and _within(name, -factor) else 1.0
-        # The observer knows one direction of several sizes: where it is the ceiling, they keep
-        # their ratio.
+        # A weak effect keeps the ratio of its sizes, so that its strength is the one asked for.
         varied = kind not in WEAK
         sizes = _sizes(draw, name, sign * factor, measured[settings[0]], varied)
         return HiddenEffect(name, sizes, tuple(round(factor * t, 2) for t in typicals), part)
@@ -232,59 +222,41 @@ def _within(name: str, factor: float) -> bool:
 
 NOT_TOLD = ("temperature_offset_k", "pilot", "fuel", "ballast_kg")
 APART = 1000  # between the seeds of the flights of a case; a set has fewer cases
-HELD = 4  # number of the flight held out
+HELD_NUMBER = 4  # of the flight held out
 
 
-def name_of(number: int, flight: int = 0) -> str:
-    """The name of a log: further flights of a case end in b and c, the one held out in held."""
-    return f"log-{number:04d}" + ("", "-b", "-c", "", "-held")[flight]
+@dataclass(frozen=True, slots=True)
+class SeededCase:
+    """A case of a set with its seed, and whether a flight of it is held out."""
+
+    seed: int
+    case: HiddenCase
+    held: bool
+
+    def flights(self) -> Iterator[tuple[str, FlightLog]]:
+        """Fly the case: the end of the name and the log of each flight, the first one last."""
+        numbered = [*zip(("", *FURTHER), self.case.settings, strict=False)]
+        ends = {end: (number, letter) for number, (end, letter) in enumerate(numbered)}
+        if self.held:
+            ends[HELD] = (HELD_NUMBER, self.case.settings[-1])
+        for end, (number, letter) in reversed(ends.items()):
+            seed = self.seed + APART * number
+            yield end, log_of(self.case, SETTINGS[letter], seed, bend_of(self.seed))
 
 
-def seal(folder: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool]) -> str:
-    """Write the truth of a set and its salted SHA-256; returns the latter."""
-    told = []
-    for i, (case, out) in enumerate(zip(cases, held, strict=True)):
-        known = {"name": name_of(i), "seed": seed + i, "held_out": out, "formed": case.formed}
-        told.append(known | asdict(case))
-    text = json.dumps({"salt": secrets.token_hex(16), "seed": seed, "cases": told}, indent=1)
-    digest = sha256(text.encode()).hexdigest()
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "truth.json").write_text(text, encoding="utf-8")
-    (folder / "truth.sha256").write_text(digest + "\n", encoding="utf-8")
-    return digest
+def seeded(seed: int, cases: Sequence[HiddenCase], held: Sequence[bool]) -> dict[str, SeededCase]:
+    """Return the cases of a set by name."""
+    each = enumerate(zip(cases, held, strict=True))
+    return {f"log-{i:04d}": SeededCase(seed + i, case, out) for i, (case, out) in each}
 
 
-def write_cases(
-    logs: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool], jobs: int
-) -> None:
-    """Fly and write all logs that are not there yet; print which flights a hidden effect ends."""
-    logs.mkdir(parents=True, exist_ok=True)
-    todo = [(i, seed + i, case, out) for i, (case, out) in enumerate(zip(cases, held, strict=True))]
-    todo = [work for work in todo if not (logs / f"{name_of(work[0])}.parquet").is_file()]
-    written = count(len(cases) - len(todo) + 1)
-
-    def step() -> None:
-        number = next(written)
-        if number % 10 == 0 or number == len(cases):
-            print(f"written: {number} of {len(cases)}", flush=True)
-
-    for name, why in require_all(run_tasks(partial(_write, logs), todo, jobs, step=step)):
-        if why:
-            print(f"{name} cannot be flown: {why}", flush=True)
-
-
-def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> tuple[str, str]:
-    """Write the logs of a case. Return its name, and why it cannot be flown, or an empty text."""
-    number, seed, case, held = work
-    bend = bend_of(seed)
-    flights = [*enumerate(case.settings), *([(HELD, case.settings[-1])] if held else [])]
-    for flight, letter in reversed(flights):  # the first log last: who sees it may judge it
-        try:
-            log = log_of(case, SETTINGS[letter], seed + APART * flight, bend)
-        except SimulationError as error:
-            return name_of(number), str(error)
-        write_log(log, logs / f"{name_of(number, flight)}.parquet")
-    return name_of(number), ""
+def told_of(cases: Mapping[str, SeededCase]) -> list[dict[str, Any]]:
+    """Return the truth of cases, as it is sealed."""
+    return [
+        {"name": name, "seed": each.seed, "held_out": each.held, "formed": each.case.formed}
+        | asdict(each.case)
+        for name, each in cases.items()
+    ]
 
 
 def bend_of(seed: int) -> Array:
@@ -366,28 +338,22 @@ def _further(draw: Generator, kind: str, first: str, letters: Sequence[str]) -> 
     return [str(letter) for letter in draw.permutation(others)[: number - 1]]
 
 
-def generate(seed: int, jobs: int, logs: Path, folder: Path) -> str:
-    """Seal the truth, then write the logs; returns the salted SHA-256.
+def generate(seed: int, jobs: int, folder: Path) -> str:
+    """Seal the truth, then write the logs; return the salted SHA-256.
 
-    A truth that is there already is drawn again from its seed and must be the same; its logs are
-    completed. Raises ValueError for a seed of neither range, and for another truth.
+    A set that is there already is drawn again and completed. Raises ValueError for a seed of
+    neither range, and for another truth.
     """
     if not (DEVELOPMENT_SEEDS[0] <= seed < DEVELOPMENT_SEEDS[1] or seed >= SCORED):
         known = f"seeds of development lie in {DEVELOPMENT_SEEDS}, scored ones begin at {SCORED}"
         raise ValueError(known)
     letters = [letter for letter in SETTINGS if (PLACE / f"{letter}.npz").is_file()]
     measured = {letter: read(letter) for letter in letters}
-    cases, held = draw_set(np.random.default_rng(seed), KINDS, letters, measured)
-    if (folder / "truth.json").is_file():
-        there = json.loads((folder / "truth.json").read_text("utf-8"))["cases"]
-        drawn = [[e.name for e in case.effects] for case in cases]
-        if [[e["name"] for e in case["effects"]] for case in there] != drawn:
-            raise ValueError(f"{folder}: another truth is sealed there")
-        digest = (folder / "truth.sha256").read_text("utf-8").strip()
-    else:
-        digest = seal(folder, seed, cases, held)
+    cases = seeded(seed, *draw_set(np.random.default_rng(seed), KINDS, letters, measured))
+    digest = seal(folder / "seal", seed, told_of(cases))
     print(f"sealed, SHA-256 {digest}", flush=True)
-    write_cases(logs, seed, cases, held, jobs)
+    for name, why in write_logs(folder, cases, SeededCase.flights, jobs).items():
+        print(f"{name} cannot be flown: {why}", flush=True)
     return digest
 
 
@@ -396,4 +362,4 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--seed", type=int, default=SCORED)
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args(words)
-    generate(options.seed, options.jobs, OUT / "blind" / "logs", OUT / "blind" / "seal")
+    generate(options.seed, options.jobs, OUT / "blind")

@@ -4,7 +4,6 @@ how surely.
 A told probability of a part is the sum of those of its causes.
 """
 
-from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -13,8 +12,6 @@ import numpy as np
 from pitotbench.effects import EFFECTS
 from pitotbench.units import Array, Booleans
 from pitotlab.blind.case import NO_ANSWER, SURE, JudgedCase
-from pitotlab.blind.sealed import current_sets, judged_in
-from pitotlab.tables import write_figures
 
 # What a mechanic would look at where a fault of the generator is none of the table.
 _FAULTS = {
@@ -113,7 +110,7 @@ class NamedParts:
 
     def __str__(self) -> str:
         counts = (self.first, self.right, self.wrong)
-        first, right, wrong = (f"{each} ({each / self.cases:.1%})" for each in counts)
+        first, right, wrong = (f"{each} ({each / max(1, self.cases):.1%})" for each in counts)
         return f"first {first}, named above 0.9 right {right}, wrong {wrong}, of {self.cases}"
 
 
@@ -139,6 +136,7 @@ def lines(cases: Sequence[JudgedCase]) -> list[str]:
     outside = [c for c in cases if c.kind == "outside"]
     gap = with_a_gap(cases)
     asked = {"the table": [c for c in gap if c.kind != "outside"], "the table and outside": gap}
+    asked = {what: some for what, some in asked.items() if some}
     found = [
         f"part, one flight above 7: {named_parts(strong_causes(cases), summed)}",
         f"part, outside the table: {named_parts(outside, summed)}",
@@ -150,22 +148,3 @@ def lines(cases: Sequence[JudgedCase]) -> list[str]:
         log, brier = proper_scores(some, lambda c: c.probabilities, lambda c: c.wanted)
         found.append(f"causes of {what}: log score {log:.3f}, Brier {brier:.4f}, {len(some)} cases")
     return found
-
-
-def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Print the score by part of every set of today's judge.
-
-    `--page` writes the sum over the sets into docs/how-good-is-it.md.
-    """
-    parser.add_argument("--page", action="store_true", help="write the numbers into the page")
-    options = parser.parse_args(words)
-    each = {path.name.split(".")[0]: judged_in(path) for path in current_sets()}
-    for name, cases in each.items():
-        print(name, *lines(cases), sep="\n  ")
-    every = named_parts(strong_causes([c for cases in each.values() for c in cases]), summed)
-    print(f"all sets, one flight above 7: {every}")
-    if options.page:
-        share = f"{100.0 * every.right / every.cases:.0f}"
-        numbers = {"part share": share, "parts right": str(every.right)}
-        numbers |= {"parts": str(every.cases), "parts wrong": str(every.wrong)}
-        write_figures(numbers)

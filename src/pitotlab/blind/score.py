@@ -1,34 +1,21 @@
-"""The scorer of the blind test: opens the seal, holds answers against the truth, writes a page and
-a table.
+"""The scorer of the blind test: holds the answers against the truth of a sealed set.
 
-Cases without an answer yet (a run that was stopped) are counted and left out.
+Cases without an answer yet (a run that was stopped) are left out.
 """
 
 from argparse import ArgumentParser
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
-from scipy.stats import binomtest
 
-from pitotlab.blind.case import NO_ANSWER, JudgedCase, model_of
-from pitotlab.blind.parts import lines
-from pitotlab.blind.sealed import PLACE, current_sets, files_of, judged_in, opened
-from pitotlab.experiment import OUT
-
-
-def wilson(hits: int, cases: int) -> tuple[float, float]:
-    """Return the 95 % interval of a share (Wilson 1927); from 0 to 1 without cases."""
-    if not cases:
-        return 0.0, 1.0
-    found = binomtest(hits, cases).proportion_ci(method="wilson")
-    return float(found.low), float(found.high)
-
+from pitotlab.blind.case import NO_ANSWER, JudgedCase
+from pitotlab.blind.parts import lines, named_parts, strong_causes, summed
+from pitotlab.blind.sealed import judged_in, kept_sets
+from pitotlab.sets import wilson
+from pitotlab.tables import write_figures
 
 SMALLEST_P = 0.02  # of a cause that counts in the calibration
 FEWEST = 10  # probabilities in a tenth, below which its difference is not looked at
@@ -45,11 +32,6 @@ class Row:
     low: float
     high: float
     remark: str = ""
-
-    @property
-    def share(self) -> float:
-        """Hits over cases, nan without cases."""
-        return self.hits / self.cases if self.cases else float("nan")
 
 
 def row(what: str, flags: Iterable[bool], remark: str = "") -> Row:
@@ -128,7 +110,7 @@ def _strong(what: str, cases: Sequence[JudgedCase]) -> list[Row]:
     sizes = [len(set().union(*c.groups)) for c in cases if c.groups]
     remark = f"mean size of the reported sets: {np.mean(sizes):.1f}" if sizes else ""
     return [
-        row(f"{what}: named cleanly", (c.named for c in cases), _ceiling(cases)),
+        row(f"{what}: named cleanly", (c.named for c in cases)),
         row(f"{what}: truth named or in the set", (c.in_set for c in cases), remark),
         row(f"{what}: wrong name", (c.wrong_name for c in cases)),
     ]
@@ -138,18 +120,9 @@ def _weak(what: str, cases: Sequence[JudgedCase]) -> list[Row]:
     return [
         row(f"{what}: detected", (c.verdict != "no_gap" for c in cases)),
         row(f"{what}: first in the ranking", (c.first for c in cases)),
-        row(f"{what}: named cleanly", (c.named for c in cases), _ceiling(cases)),
+        row(f"{what}: named cleanly", (c.named for c in cases)),
         row(f"{what}: truth named or in the set", (c.in_set for c in cases)),
     ]
-
-
-def _ceiling(cases: Sequence[JudgedCase]) -> str:
-    seen = [c for c in cases if c.observed]
-    if not seen:
-        return ""
-    ideal, tool = sum(c.observer_names for c in seen), sum(c.named for c in seen)
-    ratio = f", ratio {tool / ideal:.2f}" if ideal else ""
-    return f"ideal observer: {ideal} of {len(seen)}{ratio}"
 
 
 def _formulas(cases: Sequence[JudgedCase]) -> list[Row]:
@@ -180,160 +153,28 @@ def _held_out(cases: Sequence[JudgedCase]) -> list[Row]:
     return [row(what, (g >= CLOSED for g in closed), told)]
 
 
-def seconds(cases: Sequence[JudgedCase]) -> str:
-    """Processor seconds a case of one flight, with the null flights in the cache and without."""
-    told = []
-    answers = [c.answer for c in cases if c.flights == 1]
-    for warm, name in ((True, "warm"), (False, "cold")):
-        each = [a["processor_s"] for a in answers if a.get("warm") == warm]
-        if each:
-            most = f"most {max(each):.1f} ({len(each)} cases)"
-            told.append(f"{name}: median {np.median(each):.1f}, {most}")
-    return "Processor seconds a flight, " + "; ".join(told) + "."
-
-
-def hidden_in(case: JudgedCase) -> str:
-    """What was hidden, in words."""
-    names = [model_of(e["name"]) for e in case.truth["effects"]]
-    return " + ".join(sorted(names)) or "none"
-
-
-def score(results: Path, seal: Path, out: Path, observed: Path | None = None) -> list[Row]:
-    """Score an archive or a set in the making, write `blind.md` and `blind.csv`; returns the rows."""
-    truth = opened(seal)
-    cases = judged_in(seal, *([] if seal.is_file() else [results, observed]))
-    rows = table(cases)
-    digest = files_of(seal)["truth.sha256"].decode().strip()
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "blind.md").write_text(_page(truth, cases, rows, digest), encoding="utf-8")
-    told = pd.DataFrame(map(asdict, rows)).rename(columns={"what": "row"})
-    told.insert(3, "share", [row.share for row in rows])
-    ends = "\r\n"
-    told.to_csv(
-        out / "blind.csv", index=False, float_format="%.4f", na_rep="nan", lineterminator=ends
-    )
-    return rows
-
-
-_PAGE = """# The blind test of reconcile
-
-{judged} of {count} sealed cases judged, seeds from {seed}, {day}; SHA-256
-of the sealed truth `{digest}`. {several} cases have two or three flights, in
-{settings} settings of card, data system, air, day, pilot and loading. {formed} cases hold a form,
-gusts, an integration step or a receiver of the generator's own, or an effect in a part of the
-flight. The strength (SNR) is that of the difference of two flights of the generator, with wind,
-curve and sensor biases taken out (`pitotlab.blind.signatures`). The ideal observer knows all forms
-and the noise (`pitotlab.blind.observer`). Intervals are Wilson's, 95 %. A gear that is out and a pod
-are one model and count as one cause; so do a scale of the impact pressure and a loss of total
-pressure. A crash counts as a miss.
-
-| score | found | of | share | 95 % | |
-|---|---|---|---|---|---|
-{rows}
-
-{seconds}
-
-## Probabilities and shares right
-
-| probability | causes | mean | share right |
-|---|---|---|---|
-{tenths}
-
-## Hidden against answered
-
-| hidden | answered | cases |
-|---|---|---|
-{confusion}
-
-## Every miss
-
-| case | settings | kind | hidden (SNR) | world | answered |
-|---|---|---|---|---|---|
-{misses}
-"""
-
-
-def _page(
-    truth: Mapping[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row], digest: str
-) -> str:
-    of_table = [c for c in cases if c.is_single or c.kind == "two"]
-    confusion = Counter((hidden_in(c), _answer(c)) for c in cases)
-    return _PAGE.format(
-        judged=len(cases),
-        count=len(truth["cases"]),
-        seed=truth["seed"],
-        day=datetime.now(UTC).strftime("%Y-%m-%d"),
-        digest=digest,
-        several=sum(c.flights > 1 for c in cases),
-        settings=len({letter for c in cases for letter in c.truth["settings"]}),
-        formed=sum(c.truth["formed"] for c in cases),
-        rows="\n".join(map(_line, rows)),
-        seconds=seconds(cases),
-        tenths="\n".join(
-            f"| {low:.1f} to {low + 0.1:.1f} | {n} | {mean:.2f} | {share:.2f} |"
-            for low, n, mean, share in tenths(of_table)
-        ),
-        confusion="\n".join(f"| {h} | {a} | {n} |" for (h, a), n in sorted(confusion.items())),
-        misses="\n".join(_miss(c) for c in cases if not _well(c)),
-    )
-
-
-def _line(r: Row) -> str:
-    interval = f"{_percent(r.low)} to {_percent(r.high)}" if r.cases else "–"
-    return f"| {r.what} | {r.hits} | {r.cases} | {_percent(r.share)} | {interval} | {r.remark} |"
-
-
-def _percent(share: float) -> str:
-    return "–" if np.isnan(share) else f"{100.0 * share:.0f} %"
-
-
-def _answer(case: JudgedCase) -> str:
-    groups = [" / ".join(sorted(group)) for group in case.groups]
-    word = case.verdict.replace("_", " ")
-    return f"{word}: {' + '.join(groups)}" if groups else word
-
-
-def _well(case: JudgedCase) -> bool:
-    if case.kind == "none":
-        return case.verdict == "no_gap"
-    return case.verdict == "unknown" if case.kind == "outside" else case.named
-
-
-def _miss(case: JudgedCase) -> str:
-    truth = case.truth
-    told = [
-        f"{e['name']} ({', '.join(f'{s:.1f}' for s in e['strengths'])})" for e in truth["effects"]
-    ]
-    usual = {"rate": 100.0, "own_gusts": False, "receiver": False, "probes": False}
-    world = ", ".join(k for k, v in truth["environment"].items() if v != usual[k]) or "usual"
-    if any(e["part"] for e in truth["effects"]):
-        world += ", a part of the flight"
-    hidden, settings = " + ".join(told) or "none", "".join(truth["settings"])
-    columns = (case.answer["name"], settings, case.kind, hidden, world, _answer(case))
-    return "| " + " | ".join(columns) + " |"
-
-
-def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Open the seal, hold the answers against the truth, print the table and write the page."""
-    add = parser.add_argument
-    add("--results", type=Path, default=PLACE / "results.jsonl")
-    add("--observed", type=Path, default=PLACE / "observed.jsonl")
-    add("--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all")
-    add("--out", type=Path, default=OUT)
-    for line in score(**vars(parser.parse_args(words))):
-        interval = f"{_percent(line.low)} to {_percent(line.high)}"
-        print(f"{line.what:70s} {line.hits:4d} of {line.cases:4d}  {interval:14s} {line.remark}")
-
-
 def pooled_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Score several sets together, each against its seal: those of today's judge, or those named."""
-    parser.add_argument("sets", type=Path, nargs="*", help="archives (default: of today's judge)")
-    places = parser.parse_args(words).sets or current_sets()
-    cases = [case for place in places for case in judged_in(place)]
+    """Score several sets together, each against its seal: those that are kept, or those named.
+
+    `--page` writes the named parts into docs/how-good-is-it.md.
+    """
+    add = parser.add_argument
+    add("sets", type=Path, nargs="*", help="archives, or folders of a set in the making")
+    add("--page", action="store_true", help="write the numbers into the page")
+    options = parser.parse_args(words)
+    cases = [case for place in options.sets or kept_sets() for case in judged_in(place)]
     print(f"{len(cases)} cases")
-    for row in table(cases):
-        print(f"{row.what:76s} {row.hits:5d} of {row.cases:5d}  {row.remark}")
+    for each in table(cases):
+        interval = f"{100.0 * each.low:3.0f} to {100.0 * each.high:3.0f} %"
+        print(
+            f"{each.what:76s} {each.hits:5d} of {each.cases:5d}  {interval}  {each.remark}".rstrip()
+        )
     print(*lines(cases), sep="\n")
     for low, count, mean, share in tenths([c for c in cases if c.is_single or c.kind == "two"]):
         told = f"{count:4d} causes, mean {mean:.3f}, share right {share:.3f}"
         print(f"{low:.1f} to {low + 0.1:.1f}: {told}")
+    if options.page:
+        found = named_parts(strong_causes(cases), summed)
+        numbers = {"part share": f"{100.0 * found.right / found.cases:.0f}"}
+        numbers |= {"parts right": str(found.right), "parts": str(found.cases)}
+        write_figures(numbers | {"parts wrong": str(found.wrong)})

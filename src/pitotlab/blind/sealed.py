@@ -1,27 +1,25 @@
-"""The sets of the blind test: truth, answers, observations; in a folder while they are made, then
-in one archive.
+"""The sets of the blind test: truth and answers, in a folder while they are made, then in one archive.
 
-An archive `results/blind/NAME.tar.xz` holds `truth.json`, its seal `truth.sha256`, `results.jsonl`,
-and where they were made `observed.jsonl`. `results/blind/SHA256SUMS` holds the digest of every
-archive.
+An archive `results/blind/NAME.tar.xz` holds the truth, its seal and `results.jsonl`. `SHA256SUMS`
+beside it holds the digest of every archive.
 """
 
 import json
 import tarfile
 from argparse import ArgumentParser
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 from pitotlab.blind.case import JudgedCase
 from pitotlab.experiment import OUT
+from pitotlab.sealing import SEAL, TRUTH, unsealed
 
 PLACE = OUT / "blind"  # of a set that is being made
 KEPT = Path(__file__).parents[1] / "results" / "blind"
 SUMS = "SHA256SUMS"
-ANSWERS = ("results.jsonl", "observed.jsonl")
+ANSWERS = "results.jsonl"
 
 
 def kept_sets() -> list[Path]:
@@ -29,17 +27,12 @@ def kept_sets() -> list[Path]:
     return [KEPT / line.split()[1] for line in (KEPT / SUMS).read_text("utf-8").splitlines()]
 
 
-def current_sets() -> list[Path]:
-    """The archives that the regression of all gaps judged; earlier ones hold answers of an old chain."""
-    every = kept_sets()
-    return every[every.index(KEPT / "fourteenth.tar.xz") :]
-
-
 def files_of(seal: Path) -> dict[str, bytes]:
     """The files of an archive or a folder by name. Raises ValueError for a changed archive."""
     if seal.is_dir():
-        names = ("truth.json", "truth.sha256", *ANSWERS)
-        return {name: (seal / name).read_bytes() for name in names if (seal / name).is_file()}
+        places = {TRUTH: seal / "seal", SEAL: seal / "seal", ANSWERS: seal}
+        paths = {name: folder / name for name, folder in places.items()}
+        return {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
     lines = (seal.parent / SUMS).read_text("utf-8").splitlines()
     digests = {name: digest for digest, name in map(str.split, lines)}
     packed = seal.read_bytes()
@@ -49,44 +42,25 @@ def files_of(seal: Path) -> dict[str, bytes]:
         return {each.name: file.read() for each in archive if (file := archive.extractfile(each))}
 
 
-def opened(seal: Path) -> dict[str, Any]:
-    """The truth of an archive or a folder. Raises ValueError where it is not the one sealed."""
-    files = files_of(seal)
-    if sha256(files["truth.json"]).hexdigest() != files["truth.sha256"].decode().strip():
-        raise ValueError("the truth does not match its seal")
-    truth: dict[str, Any] = json.loads(files["truth.json"])
-    return truth
+def judged_in(seal: Path) -> list[JudgedCase]:
+    """Return truth and answer of every case of an archive or a folder that has an answer.
 
-
-def judged_in(seal: Path, *answers: Path | None) -> list[JudgedCase]:
-    """Truth, answer and observation of every case that has an answer.
-
-    `answers` are the files of results and observations; of an archive, or of a folder that holds
-    them all, none need be given.
+    Raises ValueError where the truth is not the one sealed.
     """
-    given = files_of(seal) if not answers else {}
-    for name, path in zip(ANSWERS, answers, strict=False):
-        if path and path.is_file():
-            given[name] = path.read_bytes()
-    results, observed = (_by_name(given.get(name, b"")) for name in ANSWERS)
-    return [
-        JudgedCase(case, results[name], observed.get(name, {}))
-        for case in opened(seal)["cases"]
-        if (name := case["name"]) in results
-    ]
-
-
-def _by_name(lines: bytes) -> dict[str, Mapping[str, Any]]:
-    return {each["name"]: each for each in map(json.loads, lines.decode().splitlines())}
+    files = files_of(seal)
+    told = [json.loads(line) for line in files.get(ANSWERS, b"").decode().splitlines()]
+    answers = {each["name"]: each for each in told}
+    cases = unsealed(files[TRUTH], files[SEAL])["cases"]
+    return [JudgedCase(c, answers[c["name"]]) for c in cases if c["name"] in answers]
 
 
 def pack(name: str, folder: Path, into: Path = KEPT) -> Path:
     """Pack a set into one archive, add its SHA-256 to those of the others, and return its path.
 
-    The answers are in `folder`, the truth and its seal in its folder `seal` or beside them.
+    The answers are in `folder`, the truth and its seal in its folder `seal`.
     """
-    opened(seal := folder / "seal" if (folder / "seal").is_dir() else folder)
-    files = files_of(folder) | files_of(seal)
+    judged_in(folder)
+    files = files_of(folder)
     into.mkdir(parents=True, exist_ok=True)
     path = into / f"{name}.tar.xz"
     with tarfile.open(path, "w:xz", preset=9) as archive:
@@ -105,7 +79,7 @@ def pack(name: str, folder: Path, into: Path = KEPT) -> Path:
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Pack a judged set into one archive of the results, with its SHA-256."""
     add = parser.add_argument
-    add("name", help="of the set: twelfth")
+    add("name", help="of the set: fifteenth")
     add("--folder", type=Path, default=PLACE, help="folder of the set (default: %(default)s)")
     options = parser.parse_args(words)
     print(pack(options.name, options.folder))

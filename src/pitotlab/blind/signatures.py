@@ -4,12 +4,11 @@ without it.
 Flights are in still air, without a pilot's drift, noise, rounding or error curve. The difference of
 the residuals of two such flights, matched segment by segment, is the signature; its strength is its
 length over the noise of null flights, with wind, error curve and sensor biases taken out.
-`signatures/<setting>.npz` holds both. In a wind the residuals would swing with the heading by some
+`signatures/<setting>.npz` holds the strengths. In a wind the residuals would swing with the heading by some
 meters a second, and two flights of a turn whose instants differ by half a second would differ by
 much more than the effect makes.
 """
 
-import json
 from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -55,13 +54,10 @@ ON_DAY = AnalysisSetting(day_known=True)
 
 @dataclass(frozen=True, slots=True)
 class SettingSignatures:
-    """The signatures of a setting: `values` (e, n, c) at typical sizes, `strengths` (e,)."""
+    """What the signatures of a setting tell, at typical sizes: `strengths` (e,) over the flight."""
 
     names: tuple[str, ...]
-    channels: tuple[str, ...]
     time: Array
-    segment: tuple[str, ...]
-    values: Array
     strengths: Array
     unit: Array  # strength of each instant alone, (e, n), for parts of a flight
 
@@ -219,17 +215,12 @@ def measure(letter: str) -> float:
             print(f"{letter} {name}: {error}", flush=True)
     strengths, unit = _strengths(base, noise, values)
     PLACE.mkdir(parents=True, exist_ok=True)
-    learned_noise = (noise.coefficients, noise.deviations, noise.correlation)
     np.savez_compressed(
         PLACE / f"{letter}.npz",
         names=np.array(list(values)),
-        channels=np.array(base.residuals.names),
         time=base.track.time[base.grid.rows] - base.track.time[0],
-        segment=segments.astype(str),
-        values=np.stack(list(values.values())).astype(np.float32),
         strengths=strengths,
         unit=unit.astype(np.float32),
-        noise=np.array([json.dumps([each.tolist() for each in learned_noise])]),
     )
     return process_time() - begun
 
@@ -254,22 +245,8 @@ def _strengths(base: Layout, noise: NoiseModel, values: Mapping[str, Array]) -> 
 def read(letter: str) -> SettingSignatures:
     """Read the signatures of a setting."""
     with np.load(PLACE / f"{letter}.npz") as kept:
-        return SettingSignatures(
-            tuple(kept["names"].tolist()),
-            tuple(kept["channels"].tolist()),
-            kept["time"],
-            tuple(kept["segment"].tolist()),
-            kept["values"].astype(np.float64),
-            kept["strengths"],
-            kept["unit"].astype(np.float64),
-        )
-
-
-def noise_of(letter: str) -> NoiseModel:
-    """Read the noise of a setting."""
-    with np.load(PLACE / f"{letter}.npz") as kept:
-        numbers = [np.array(each) for each in json.loads(str(kept["noise"][0]))]
-        return NoiseModel(tuple(kept["channels"].tolist()), *numbers)
+        names, unit = tuple(kept["names"].tolist()), kept["unit"].astype(np.float64)
+        return SettingSignatures(names, kept["time"], kept["strengths"], unit)
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:

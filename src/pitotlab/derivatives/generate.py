@@ -2,22 +2,18 @@
 truth apart.
 """
 
-import json
 import re
 from argparse import ArgumentParser
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import chdir
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 from numpy.random import Generator
 
-from pitotbench.campaigns.fleet import Failure, run_tasks
-from pitotbench.logbook.formats import write_log
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import record
@@ -26,6 +22,7 @@ from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 from pitotlab.derivatives.files import AIRPLANES, Change, write_edited
 from pitotlab.experiment import OUT
+from pitotlab.sealing import HELD, seal, write_logs
 
 PLACE = OUT / "derivatives"
 LEAST, MOST = 0.15, 0.50  # share of a change
@@ -99,40 +96,22 @@ def flown_log(edited: EditedCase, held: bool = False) -> FlightLog:
     return replace(log, header=told)
 
 
-def write_truth(out: Path, cases: Sequence[EditedCase], failed: Mapping[str, str]) -> None:
-    """Write truth.json: every case, and why it could not be flown.
+def flights(edited: EditedCase) -> Iterator[tuple[str, FlightLog]]:
+    """Fly an edited airplane, of several changes first the flight that is held out."""
+    if len(edited.changes) > 1:
+        yield HELD, flown_log(edited, held=True)
+    yield "", flown_log(edited)
+
+
+def generate(seed: int, cases: Sequence[EditedCase], out: Path, jobs: int = 1) -> dict[str, str]:
+    """Seal the truth, fly the cases without a log; return why some could not be flown, by name.
 
     Raises ValueError where the folder has the truth of other cases.
     """
-    path = out / "truth.json"
-    told = [{**asdict(case), "failed": failed.get(case.name, "")} for case in cases]
-    if path.is_file():
-        there, drawn = json.loads(path.read_text("utf-8")), json.loads(json.dumps(told))
-        if [{**each, "failed": ""} for each in there] != [{**each, "failed": ""} for each in drawn]:
-            raise ValueError(f"{path}: the truth of other cases: give another --out")
-    path.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-
-
-def _write(logs: Path, edited: EditedCase) -> None:
-    if len(edited.changes) > 1:
-        write_log(flown_log(edited, held=True), logs / f"{edited.name}-held.parquet")
-    write_log(flown_log(edited), logs / f"{edited.name}.parquet")
-
-
-def generate(cases: Sequence[EditedCase], out: Path, jobs: int = 1) -> dict[str, str]:
-    """Write the truth, fly the cases without a log; return why some could not be flown, by name."""
-    logs = out / "logs"
-    logs.mkdir(parents=True, exist_ok=True)
-    write_truth(out, cases, {})
-    todo = [case for case in cases if not (logs / f"{case.name}.parquet").is_file()]
-    found: list[Any] = run_tasks(partial(_write, logs), todo, jobs, label="flights")
-    failed = {
-        case.name: re.sub(r"\bedited\w+", case.airplane, each.reason)
-        for case, each in zip(todo, found, strict=True)
-        if isinstance(each, Failure)
-    }
-    write_truth(out, cases, failed)
-    return failed
+    seal(out / "seal", seed, [asdict(case) for case in cases])
+    lost = write_logs(out, {case.name: case for case in cases}, flights, jobs)
+    planes = {case.name: case.airplane for case in cases}
+    return {name: re.sub(r"\bedited\w+", planes[name], why) for name, why in lost.items()}
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
@@ -150,7 +129,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     if unknown:
         parser.error(f"unknown airplane {unknown[0]!r}; known: {', '.join(AIRPLANES)}")
     cases = draw_cases(options.seed, airplanes, options.each, options.several)
-    failed = generate(cases, options.out, options.jobs)
+    failed = generate(options.seed, cases, options.out, options.jobs)
     print(f"{len(cases) - len(failed)} of {len(cases)} cases flown: {options.out / 'logs'}")
     for name, why in failed.items():
         print(f"{name}: {why}")

@@ -6,14 +6,15 @@ import json
 from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from math import sqrt
 from pathlib import Path
 from statistics import median
 from typing import Any
 
+from pitotbench.records.verdict import SURE
 from pitotbench.show.columns import Column, json_rows, json_text, print_table
-from pitotlab.blind.score import wilson
 from pitotlab.experiment import OUT
+from pitotlab.sealing import FAILED, opened
+from pitotlab.sets import wilson
 
 # The effects that name a derivative; of the controls, with the parameter that has to be beyond its
 # 2σ.
@@ -49,28 +50,26 @@ OUTCOMES = (
     *("no answer", "not flown"),
 )
 
-Effect = Mapping[str, Any]
+Answer = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """An effect that an answer names, the others of its set, and whether a check doubts it."""
+    """An effect that an answer names with its sizes, each with its 2σ, the others of its set, and
+    whether a check doubts it.
+    """
 
-    effect: Effect
+    name: str
+    sizes: Mapping[str, Sequence[float]]
     others: tuple[str, ...]
     doubted: bool = False
-
-    @property
-    def name(self) -> str:
-        """The name of the effect."""
-        return str(self.effect["name"])
 
     def says(self, derivative: str) -> bool:
         """Whether the effect is the changed derivative."""
         if self.name not in NAMES[derivative]:
             return False
-        wanted, sizes = PARAMETERS.get(derivative), self.effect["parameters"]
-        told = [size["name"] for size in sizes if abs(size["value"]) > size["two_sigma"]]
+        wanted = PARAMETERS.get(derivative)
+        told = [name for name, (value, bound) in self.sizes.items() if abs(value) > bound]
         return wanted is None or wanted in told
 
     def holds(self, derivative: str) -> bool:
@@ -115,40 +114,34 @@ class ScoredCase:
         return sum(term.outcome in outcomes for term in self.terms)
 
 
-def groups_of(answer: Mapping[str, Any]) -> list[Group]:
+def groups_of(answer: Answer) -> list[Group]:
     """What an answer names: of each gap the most probable cause, and the others of its set."""
-    if answer["verdict"] not in ("named", "one_of"):
+    if answer["kind"] not in SURE:
         return []
-    told = [gap["causes"] for gap in answer["gaps"] if gap["part"]]
-    doubted = bool(answer.get("doubts"))
-    return [Group(first, tuple(each["name"] for each in rest), doubted) for first, *rest in told]
+    named, doubted = zip(answer["effects"], answer["alternatives"], strict=True), answer["doubts"]
+    return [Group(n, answer["sizes"][n], tuple(rest), bool(doubted)) for n, rest in named]
 
 
-def _significance(answer: Mapping[str, Any], derivative: str, alone: bool) -> float | None:
+def _significance(answer: Answer, derivative: str, alone: bool) -> float | None:
     """The significance of the true effect in the answer, or of the whole gap."""
-    listed = [*answer.get("candidates", ()), *(group.effect for group in groups_of(answer))]
-    scores = [float(each["score"]) for each in listed if each["name"] in NAMES[derivative]]
-    if scores or not alone or "gap_before" not in answer:
-        return max(scores, default=None)
-    return sqrt(max(0.0, answer["gap_before"] - answer["gap_noise"]))
+    told = answer.get("scores", {})
+    scores = [float(told[name]) for name in NAMES[derivative] if name in told]
+    return max(scores, default=answer.get("significance") if alone else None)
 
 
 def _inside(groups: Sequence[Group], airplane: str, derivative: str, share: float) -> bool | None:
     """Whether the told share with its 2σ holds the hidden one."""
     for group in groups:
-        for size in group.effect["parameters"] if group.says(derivative) else ():
-            name = size["name"]
+        for name, (value, bound) in group.sizes.items() if group.says(derivative) else ():
             shares = [SHARES[end] for end in SHARES if name.endswith(end)]
             whole = shares[0] if shares else WHOLE.get(name, {}).get(airplane)
             if whole is not None and PARAMETERS.get(derivative, name) == name:
-                return bool(abs(size["value"] - whole * share) <= size["two_sigma"])
+                return bool(abs(value - whole * share) <= bound)
     return None
 
 
-def _outcome(
-    answer: Mapping[str, Any], groups: Sequence[Group], derivative: str, alone: bool
-) -> str:
-    kind = str(answer["verdict"])
+def _outcome(answer: Answer, groups: Sequence[Group], derivative: str, alone: bool) -> str:
+    kind = str(answer["kind"])
     if kind in _SILENT:
         return _SILENT[kind]
     holding = [group for group in groups if group.holds(derivative)]
@@ -161,7 +154,7 @@ def _outcome(
     return "none" if kind == "no_gap" else "unknown"
 
 
-def score_case(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> ScoredCase:
+def score_case(truth: Mapping[str, Any], answer: Answer) -> ScoredCase:
     """Hold an answer against the truth of its case."""
     changes, groups = truth["changes"], groups_of(answer)
     case, airplane = truth["name"], truth["airplane"]
@@ -175,20 +168,18 @@ def score_case(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> ScoredCas
         about = (case, airplane, name, share, change["pivot"])
         terms.append(ScoredTerm(*about, outcome, significance, inside, partial))
     others = sum(not any(g.holds(change["derivative"]) for change in changes) for g in groups)
-    closures = answer.get("closure"), answer.get("closure_holdout")
+    closures = answer.get("closure"), answer.get("held_out")
     return ScoredCase(case, airplane, tuple(terms), others, *closures)
 
 
 def score(out: Path) -> list[ScoredCase]:
     """Score the cases of a folder that have an answer, or could not be flown."""
-    scored = []
-    for truth in json.loads((out / "truth.json").read_text("utf-8")):
-        path = out / "answers" / f"{truth['name']}.json"
-        if truth["failed"]:
-            scored.append(score_case(truth, {"verdict": "not flown"}))
-        elif path.is_file():
-            scored.append(score_case(truth, json.loads(path.read_text("utf-8"))))
-    return scored
+    told = (out / "results.jsonl").read_text("utf-8").splitlines()
+    answers = {each["name"]: each for each in map(json.loads, told)}
+    lost = json.loads((out / FAILED).read_text("utf-8"))
+    answers |= {name: {"kind": "not flown"} for name in lost}
+    cases = opened(out / "seal")["cases"]
+    return [score_case(c, answers[c["name"]]) for c in cases if c["name"] in answers]
 
 
 # The tables: terms by strength, derivative and airplane; cases with several changes.
@@ -256,7 +247,7 @@ CASE_COLUMNS: tuple[Column[ScoredCase], ...] = (
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Hold the answers against the truth and print the tables: single changes, and several at once."""
     add = parser.add_argument
-    add("--out", type=Path, default=OUT / "derivatives", help="folder with truth.json and answers")
+    add("--out", type=Path, default=OUT / "derivatives", help="folder of the set, judged")
     add("--json", action="store_true", help="print one JSON document, with every case")
     options = parser.parse_args(words)
     cases = score(options.out)

@@ -11,7 +11,7 @@ from tests.shared_data import shared_case
 
 from pitotbench import BadInputError, CalibrationOptions, FlightLog, air, read_log
 from pitotbench.broken import find_broken, follow, parts_of
-from pitotbench.calibration import calibrate
+from pitotbench.calibration import calibrate, reduction
 from pitotbench.cli import main
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records.log import UNITS_BY
@@ -148,6 +148,24 @@ def test_a_factor_of_the_calibration_replaces_the_guess_of_the_reader(tmp_path):
     codes = [each.code for each in calibrate(log, CalibrationOptions()).warnings]
     assert "scale" in codes
     assert SPEED_FACTOR not in codes
+
+
+def test_the_factor_is_that_of_the_curve_and_costs_no_second_reduction(monkeypatch):
+    """One answer: what is told of the airspeed as a whole is read off the curve that is told."""
+    chosen, original = [], reduction.observe
+
+    def counted(*given, **named):
+        chosen.append(given)
+        return original(*given, **named)
+
+    monkeypatch.setattr(reduction, "observe", counted)
+    calibrate(flown(), CalibrationOptions())
+    of_sound = len(chosen)
+    found = calibrate(shown(flown(), 1.4), CalibrationOptions())
+    assert len(chosen) == 2 * of_sound
+    ratio = 1.0 + found.curve.correction / found.curve.indicated_airspeed
+    assert np.min(ratio) < found.scale.factor < np.max(ratio)
+    assert np.all(np.abs(ratio - found.scale.factor) < 0.05)
 
 
 def test_the_json_holds_the_factor(tmp_path, capsys):

@@ -6,7 +6,7 @@ import pytest
 
 from pitotlab.broken.measure import SCALED, scale_rows
 
-SAME = 0.1  # of 1σ
+SAME = 0.2  # of 1σ: the curves of the containers, whose zeros are of another size, differ so far
 
 
 @pytest.mark.parametrize(

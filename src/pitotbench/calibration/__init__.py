@@ -65,8 +65,8 @@ def calibrate_flights(
 
     A log that pauses for more than five minutes holds several flights. A warning says where the
     flights disagree about the curve. `known` keeps what was fitted of each log (`reduce_flights`).
-    `first` is called with the flights before a factor on their airspeed is looked for, which may
-    cost as much again. Raises as `calibrate` does.
+    `first` is called with the flights before their findings are held against another reading of the
+    columns, which may cost as much again. Raises as `calibrate` does.
     """
     from pitotbench.calibration.flights import reduce_flights
     from pitotbench.calibration.scale import with_scale
@@ -85,7 +85,7 @@ def calibrate_flights(
         if first is not None:
             first(
                 tuple(
-                    replace(each, calibration=with_scale(each.calibration, each.log, None))
+                    replace(each, calibration=with_scale(each.calibration, each.log))
                     for each in judged
                 )
             )
@@ -99,7 +99,7 @@ def _held_up(flight: CalibratedFlight, options: CalibrationOptions) -> Calibrate
     from pitotbench.calibration.readings import with_readings
     from pitotbench.calibration.scale import with_scale
 
-    scaled = replace(flight, calibration=with_scale(flight.calibration, flight.log, options))
+    scaled = replace(flight, calibration=with_scale(flight.calibration, flight.log))
     return replace(scaled, calibration=with_readings(scaled, options))
 
 

@@ -7,27 +7,19 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.broken import BROKEN
-from pitotbench.calibration.options import CalibrationOptions, accuracies_of
-from pitotbench.calibration.prediction import ZERO
-from pitotbench.calibration.reduction import reduce_log
 from pitotbench.logbook.autopilot import autopilot_of
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, Disagreement, RecordedAutopilot, Scale
 from pitotbench.records.log import GUESSED, NAMED, Caution, FlightLog
-from pitotbench.units import Array
 
 
 @dataclass(frozen=True, slots=True)
 class ScaleLimits:
-    """Where a factor is found anew and reported; ratios of the airspeed without unit."""
+    """Where a factor is reported; ratios of the airspeed without unit."""
 
-    refined: float = 0.02  # from 1; a factor that may lie beyond has a fit of its own
-    slowest: float = 5.0  # m/s over the ground, of the rows of that fit: an autopilot's in flight
     reported: float = 0.05  # from 1, beyond which it is reported: usual position errors are below
-    zero: float = 100.0  # Pa, 2σ of the sensor's zero: that of an autopilot's sensor
-    gain: float = 0.5  # of a factor, in logarithms: where the gain makes less, it is a zero
     own: float = 0.02  # 2σ of an airplane's own position error, relative to a true airspeed
     dense: float = 0.04  # by which true and indicated airspeed must differ to be distinguished
     told: float = (
@@ -70,16 +62,12 @@ CAUSES = (
     _Cause("a sensor that shows half of the airspeed", 2.0, ()),
     _Cause("a sensor that shows half of the impact pressure", float(np.sqrt(2.0)), ()),
 )
+_OVER = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the airspeeds of the log
 _CHECK = "check the sensor's range setting, and its tube for a leak"
-_STEP = 1e-4  # of Δp/q_c, and Pa, for the derivative of the factor
-_OVER = (0.1, 0.3, 0.5, 0.7, 0.9)  # of the impact pressures of the log
 
 
-def with_scale(
-    result: Calibration, log: FlightLog, options: CalibrationOptions | None
-) -> Calibration:
-    """Return a calibration with its factor on the airspeed: that of the curve without `options`,
-    else of a fit of its own where it may be large.
+def with_scale(result: Calibration, log: FlightLog) -> Calibration:
+    """Return a calibration with its factor on the airspeed, which is the mean of its curve.
 
     A large factor is reported with what else may make it. One that no sensor has and a mistake of
     unit may make is not to be used, as only one of its causes leaves the answer right.
@@ -87,10 +75,6 @@ def with_scale(
     if result.wind is None or any(each.code == BROKEN for each in result.warnings):
         return result  # what is broken explains a factor
     scale = _of_curve(result)
-    # Where a temperature is assumed, the mean of the curve depends on the law that was chosen.
-    assumed = log.air_temperature is None and log.total_temperature is None
-    if options and (assumed or abs(scale.factor - 1.0) + scale.two_sigma > LIMITS.refined):
-        scale = _refined(scale, log, options)
     if abs(scale.factor - 1.0) <= scale.two_sigma:
         return replace(result, scale=scale)
     own, odds = _odds(result, scale, log)
@@ -124,48 +108,19 @@ def with_scale(
 
 
 def _of_curve(result: Calibration) -> Scale:
-    """The mean ratio of calibrated and indicated airspeed over the curve."""
-    curve = result.curve
-    weight = curve.indicated_airspeed / curve.two_sigma
-    ratio = 1.0 + curve.correction / curve.indicated_airspeed
-    factor = float(np.average(ratio, weights=weight**2))
-    return Scale(factor, float(np.median(1.0 / weight)))
-
-
-def _refined(scale: Scale, log: FlightLog, options: CalibrationOptions) -> Scale:
-    """The factor of a fit of a gain and a zero, which is the same whatever the file's mapping
-    advises: the mean ratio of calibrated and shown airspeed over the speeds of the log.
-
-    With Δp/q_c = k and a zero z the impact pressure is (q − z)/(1 − k). Where the zero makes the
-    ratio another at another airspeed, half of that is in the bound.
+    """The factor that the curve holds: its ratios of calibrated and indicated airspeed over the
+    speeds of the log are one factor and, at each of them, the airplane's own error.
     """
-    stated = accuracies_of(options.accuracies, log.header)
-    zero = replace(stated, impact_pressure_zero_pa=LIMITS.zero)
-    try:
-        plain = replace(options, model="bias", method="covering", accuracies=zero)
-        slowest = max(options.ground_speed_min, LIMITS.slowest)
-        found = reduce_log(log, replace(plain, ground_speed_min=slowest))
-    except NoAnswerError:
-        return scale
-    answer, names = found.answer, [each.name for each in found.nuisances]
-    places = [0, found.model.count + names.index(ZERO)]
-    shown = np.quantile(found.observations.impact_pressure, _OVER)
-
-    def ratios(gain: float, offset: float) -> Array:
-        right = np.maximum(shown - offset, 0.0) / max(1.0 - gain, 1e-6)
-        return air.calibrated_airspeed(right) / air.calibrated_airspeed(shown)
-
-    k, z = (float(answer.mean[place]) for place in places)
-    by_gain, whole = (abs(np.log(np.mean(ratios(k, offset)))) for offset in (0.0, z))
-    if whole > LIMITS.reported and by_gain < LIMITS.gain * whole:
-        z, places = 0.0, places[:1]  # what would be reported is the zero's, which the curve holds
-    here = ratios(k, z)
-    toward = np.zeros((1, len(answer.mean)))
-    moved = (k + _STEP, z), (k, z + _STEP)
-    for place, (gain, offset) in zip(places, moved, strict=False):
-        toward[0, place] = float(np.mean(ratios(gain, offset) - here)) / _STEP
-    bound = float(answer.two_sigma(toward)[0])
-    return Scale(float(np.mean(here)), float(np.hypot(bound, 0.5 * np.ptp(here))))
+    curve, flown = result.curve, np.quantile(result.residuals.indicated_airspeed, _OVER)
+    count = len(curve.correction)
+    known = [np.interp(flown, curve.indicated_airspeed, point) for point in np.eye(count)]
+    share = np.stack(known, axis=1) / flown[:, None]
+    unsure = 0.5 * curve.two_sigma * share
+    correlation = np.ones((count, count)) if curve.correlation is None else curve.correlation
+    own = _OWN_ERROR**2 * np.eye(len(flown))
+    weight = np.linalg.solve(unsure @ correlation @ unsure.T + own, np.ones(len(flown)))
+    ratio = share @ (curve.indicated_airspeed + curve.correction)
+    return Scale(float(weight @ ratio / np.sum(weight)), float(2.0 / np.sqrt(np.sum(weight))))
 
 
 def _odds(

@@ -1,32 +1,25 @@
 """Tell a broken pitot by what its reading follows.
 
-An impact pressure follows the square of the speed through the air and nothing else. With q = k·V²
-and the ground velocity v = V + w, the reading of a sound system is
-
-    q = a·k·v² − 2a·k·v·w + constant,   a = 1,
-
-which is linear in a, the wind and the zero: one regression says by how much the reading follows
-the speed (a), the ambient pressure (b) and the clock. The wind changes along the flight as a random
-walk does, in straight lines between knots. Physics names the fault: a closed total line
-reads an altimeter (a = 0, b = −1), a closed static port adds one (a = 1, b = 1), exchanged lines
-change the sign (a = −1), a stuck sensor follows nothing. Where the reading is an airspeed of the
-receiver, it repeats the receiver's noise.
+The regression of `airdata` says by how much a reading follows the speed (a), the ambient pressure
+(b) and the clock. Physics names the fault: a closed total line reads an altimeter (a = 0, b = −1),
+a closed static port adds one (a = 1, b = 1), exchanged lines change the sign (a = −1), a stuck
+sensor follows nothing. Where the reading is an airspeed of the receiver, it repeats the receiver's
+noise.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from pitotbench import air
-from pitotbench.normal_equations import inverse
+from pitotbench.airdata import LIMITS as REGRESSION
+from pitotbench.airdata import TAXI, Fit, Part, follow, parts_of, regress
 from pitotbench.timeline import fresh_fixes, minutes_text
-from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY, Array, Booleans
+from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY
 
 BROKEN = "broken pitot"  # code of the warning
-TAXI = 20.0 * KNOT  # m/s over the ground: no airplane taxies faster, and none flies so slowly
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +30,6 @@ class BrokenLimits:
     no measured log of a sound system passes one.
     """
 
-    block: float = 2.0  # s, over which rows are averaged: usual 1 to 5
-    lasting: float = 20.0  # s, in which gusts and pilots err alike: usual 10 to 60
-    window: float = 1800.0  # s of a log that are judged together: usual 900 to 3600
-    knot: float = 300.0  # s between the knots of the wind: a turn on all headings or two
-    wind_walk: float = 1.0  # m/s, 1σ of the change of a component in a minute: a wave has more
-    fewest: int = 30  # blocks of a part that is judged
-    flying: float = 0.4  # of the largest ground speeds: slower is taxi, take-off or landing
     sigmas: float = 3.0  # standard errors by which a limit must be passed
     excited: float = 1.5  # m/s rms of the speed through the air that no steady wind explains, and
     excited_share: float = 0.04  # of the speed
@@ -70,11 +56,8 @@ class BrokenLimits:
     crab: float = 2.0  # m/s of crosswind, rms, that headings show: a compass errs by 2° at 60 m/s
     turned: float = 0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns
     levels: float = 0.5  # of the misfit, that two levels leave; 0.6 of noise, 0.43 of a sine wave
-    rounds: int = 20  # of finding the level of each block, or of a fit its scatter, at most
+    rounds: int = 20  # of finding the level of each block, at most
     copies: int = 60_000  # rows in motion: 20 minutes at 50 Hz show a copy of the ground speed
-    nothing: float = 1e-6  # a, that rounding leaves of a reading that stands still
-    squares: int = 2  # fits until the square of the wind is known
-    settled: float = 1.01  # times the scatter before, at which it is found
     settle: float = 8.0  # s that a level lasts on average: gusts of an airplane pass sooner
     step: float = 0.08  # of the usual impact pressure, the least step that water makes
     steps: int = 3  # a front of the wind is one, its way back in a turn a second
@@ -92,176 +75,6 @@ LIMITS = BrokenLimits()
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
-    """Block means of a part of a log in flight, (n,) each: clock [s] from the first row of the log,
-    reading, static pressure and ambient pressure [Pa], k·v² and k·v [Pa, Pa s/m], speed [m/s].
-
-    `ambient` is that of the receiver's height, in the standard atmosphere, where the log has one
-    (`by_height`), else the static pressure.
-    """
-
-    time: Array
-    impact: Array
-    static: Array
-    ambient: Array
-    square: Array
-    north: Array
-    east: Array
-    speed: Array
-    by_height: bool
-
-    def rows(self, which: slice | Booleans) -> "Part":
-        """Return some of the blocks."""
-        names = (n for n in self.__slots__ if n != "by_height")
-        return replace(self, **{n: getattr(self, n)[which] for n in names})
-
-    @property
-    def clock(self) -> Array:
-        """The time, −1 to 1."""
-        return np.asarray(2.0 * (self.time - self.time[0]) / np.ptp(self.time) - 1.0)
-
-    @property
-    def slope(self) -> Array:
-        """Impact pressure by airspeed [Pa s/m]: 2·k·v."""
-        return 2.0 * self.square / self.speed
-
-    def wind(self) -> tuple[Array, Array, Array]:
-        """The shapes of the wind in time, (n, m): a steady one, then from each knot to the next a
-        change that lasts; the columns of a zero and of these winds, (n, 1 + 2m), to be multiplied
-        by a; 1σ of their coefficients before the log is looked at, as a random walk has, (1 + 2m,).
-        """
-        since = self.time - self.time[0]
-        knots = np.linspace(0.0, since[-1], 1 + max(round(since[-1] / LIMITS.knot), 1))
-        changes = [np.clip((since - at) / knots[1], 0.0, 1.0) for at in knots[:-1]]
-        shapes = np.stack([np.ones_like(since), *changes], axis=1)
-        axes = [-2.0 * axis[:, None] * shapes for axis in (self.north, self.east)]
-        change = LIMITS.wind_walk * np.sqrt(knots[1] / 60.0)
-        each = [np.inf, *[change] * len(changes)]
-        return shapes, np.hstack([shapes[:, :1], *axes]), np.array([np.inf, *each, *each])
-
-
-@dataclass(frozen=True, slots=True)
-class Fit:
-    """The regression of a reading: coefficients, (p,), their covariance, (p, p), what is left of
-    the reading, (n,), and the columns on all rows, fitted or not, (m, p).
-    """
-
-    values: Array
-    covariance: Array
-    left: Array
-    columns: Array
-
-    @property
-    def errors(self) -> Array:
-        """Standard errors, (p,)."""
-        return np.asarray(np.sqrt(np.diag(self.covariance)))
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of what is left."""
-        return float(np.sqrt(np.mean(self.left**2)))
-
-    @property
-    def asked(self) -> Array:
-        """The reading that the fit asks for on all rows, (m,)."""
-        return np.asarray(self.columns @ self.values)
-
-    @property
-    def unsure(self) -> Array:
-        """Its standard error, (m,)."""
-        variance = np.einsum("np,pq,nq->n", self.columns, self.covariance, self.columns)
-        return np.asarray(np.sqrt(variance))
-
-
-def regress(
-    reading: Array, columns: Array, sizes: Array | None = None, until: int | None = None
-) -> Fit:
-    """Fit columns, (m, p), to a reading, (m,), by least squares; with `until`, on the first rows.
-
-    `sizes` are 1σ of the coefficients about 0 before the log is looked at, (p,), and what is left
-    says how much they weigh: both are found together, from nothing known on. The covariance counts
-    the blocks of `LIMITS.lasting` seconds once, as gusts last as long.
-    """
-    matrix, shown = columns[:until], reading[:until]
-    weight = np.zeros(matrix.shape[1]) if sizes is None else sizes**-2.0
-    normal, target = matrix.T @ matrix, matrix.T @ shown
-    scatter, before = 0.0, -1.0
-    for _ in range(LIMITS.rounds):
-        found = inverse(normal + np.diag(scatter * weight))
-        values: Array = found @ target
-        left: Array = shown - matrix @ values
-        before, scatter = scatter, float(np.sum(left**2)) / max(len(left) - len(values), 1)
-        scatter *= LIMITS.lasting / LIMITS.block
-        if sizes is None or scatter <= LIMITS.settled * before:
-            break
-    return Fit(values, found * scatter, left, columns)
-
-
-def follow(part: Part, reading: Array, *others: Array, until: int | None = None) -> Fit:
-    """Fit a reading, (n,), by its share a of the speed, which is first, by other columns, (n,)
-    each, a zero and a wind; with `until`, on the first rows.
-
-    The square of the wind moves the zero with it, and is that of the fit before.
-    """
-    (shapes, wind, sizes), square = part.wind(), part.square
-    sizes = np.append(np.full(1 + len(others), np.inf), sizes)
-    for _ in range(LIMITS.squares):
-        fit = regress(reading, np.column_stack([square, *others, wind]), sizes, until)
-        share, error = fit.values[0], fit.errors[0]
-        along = fit.values[-2 * shapes.shape[1] :].reshape(2, -1) @ shapes.T
-        # A reading that follows nothing tells no wind.
-        along *= share / max(share**2 + error**2, LIMITS.nothing**2)
-        square = part.square * (1.0 + np.sum(along**2, axis=0) / part.speed**2)
-    return fit
-
-
-def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
-    """Return the parts of a log in flight by its channels, each as long as one wind may last."""
-    time, speed = channels["time"], np.hypot(channels["velocity_north"], channels["velocity_east"])
-    fast = float(np.quantile(speed, 0.95))
-    if fast < TAXI:
-        return
-    flying = speed > max(LIMITS.flying * fast, 0.5 * TAXI)
-    del speed  # of a long log; what follows is of one part at a time
-    count = int((time[-1] - time[0]) // LIMITS.window) + 1
-    ends = np.searchsorted(time, time[0] + LIMITS.window * np.arange(1, count + 1))
-    for first, last in pairwise([0, *ends.tolist()]):
-        here = first + np.flatnonzero(flying[first:last])
-        _, place, rows = np.unique(
-            (time[here] - time[0]) // LIMITS.block, return_inverse=True, return_counts=True
-        )
-        if len(rows) < LIMITS.fewest:
-            continue
-        names = [name for name in _MEANS if name in channels]
-        yield _part({n: np.bincount(place, channels[n][here]) / rows for n in names}, time[0])
-
-
-_MEANS = (
-    "time",
-    "impact_pressure",
-    "static_pressure",
-    "velocity_north",
-    "velocity_east",
-    "altitude",
-)
-
-
-def _part(means: Mapping[str, Array], start: float) -> Part:
-    """A part from the means of its channels in blocks, (n,) each."""
-    static, north, east = (means[n] for n in ("static_pressure", "velocity_north", "velocity_east"))
-    speed, height = np.hypot(north, east), means.get("altitude")
-    ambient = static if height is None else air.standard_pressure(height)
-    # The static pressure of a broken line may be any; that of the height is the receiver's.
-    around = np.clip(ambient, 1e3, None)
-    sound = air.sound_speed(air.standard_temperature(air.pressure_altitude(around)))
-    k = air.impact_pressure_from_mach(speed / sound, around) / np.maximum(speed, 0.1) ** 2
-    time, reading = means["time"] - start, means["impact_pressure"]
-    return Part(
-        time, reading, static, ambient, k * speed**2, k * north, k * east, speed, height is not None
-    )
-
-
-@dataclass(frozen=True, slots=True)
 class Broken:
     """A broken pitot: the sentence with its evidence, what to do, and whether the air data hold no
     answer (`refused`).
@@ -273,8 +86,9 @@ class Broken:
 
 def _excitation(part: Part) -> float:
     """The change of the airspeed [m/s rms] that the ground velocity shows and no wind explains."""
-    _, wind, sizes = part.wind()
-    fit = regress(part.square, wind, sizes)
+    wind, sizes = part.wind()
+    columns = np.column_stack([np.ones_like(part.square), wind])
+    fit = regress(part.square, columns, part.shared, np.append(np.inf, sizes))
     return float(np.sqrt(np.mean((fit.left / part.slope) ** 2)))
 
 
@@ -294,7 +108,7 @@ def _dead(part: Part, leaks: bool = True) -> Fit:
     """A reading that does not follow the speed: the static pressure first, and a slow leak."""
     t = part.clock
     columns = [part.static - np.mean(part.static), np.ones_like(t), *([t, t**2] if leaks else [])]
-    return regress(part.impact, np.stack(columns, axis=1))
+    return regress(part.impact, np.stack(columns, axis=1), part.shared)
 
 
 def _exchanged(part: Part) -> Broken | None:
@@ -325,7 +139,7 @@ def _excited(part: Part) -> bool:
 def _follows_nothing(part: Part) -> bool:
     """Whether the speed changes and the reading has no part in it; one in a wrong unit has."""
     low, high = _around(_response(part))
-    return _excited(part) and low <= LIMITS.nothing and high < LIMITS.dead
+    return _excited(part) and low <= REGRESSION.nothing and high < LIMITS.dead
 
 
 def _reads_altimeter(dead: Fit) -> bool:
@@ -438,7 +252,7 @@ def _taped(part: Part) -> Broken | None:
         return None
     around = part.ambient - np.mean(part.ambient)
     columns = np.stack([around, np.ones_like(around), part.clock], axis=1)
-    static = regress(part.static, columns)
+    static = regress(part.static, columns, part.shared)
     reading = _response(part)
     follows_nothing = _around(static)[1] < LIMITS.altimeter
     adds = reading.values[1] > LIMITS.altimeter and _around(reading, 1)[0] > 0.0
@@ -470,7 +284,7 @@ def _water(part: Part) -> Broken | None:
         if np.array_equal(before, high) or high.all() or not high.any():
             break
     steps = int(np.count_nonzero(np.diff(high)))
-    dwell = len(high) * LIMITS.block / (steps + 1)
+    dwell = len(high) * REGRESSION.block / (steps + 1)
     if fit.rms > LIMITS.levels * usual or steps < LIMITS.steps or dwell < LIMITS.settle:
         return None
     if size < LIMITS.step * float(np.median(part.impact)):
@@ -516,8 +330,8 @@ def _zero_moved(channels: Mapping[str, Any]) -> Broken | None:
     if not len(moving):
         return None
     ends = [slice(0, moving[0]), slice(moving[-1] + 1, len(time))]
-    blocks = [np.unique(time[end] // LIMITS.block, return_inverse=True)[1] for end in ends]
-    if min(LIMITS.block * (np.max(block, initial=-1) + 1) for block in blocks) < LIMITS.settle:
+    blocks = [np.unique(time[end] // REGRESSION.block, return_inverse=True)[1] for end in ends]
+    if min(REGRESSION.block * (np.max(block, initial=-1) + 1) for block in blocks) < LIMITS.settle:
         return None
     means = [
         np.bincount(block, impact[end]) / np.bincount(block)
@@ -525,7 +339,7 @@ def _zero_moved(channels: Mapping[str, Any]) -> Broken | None:
     ]
     before, after = (float(np.median(mean)) for mean in means)
     scatter = max(float(np.ptp(np.quantile(mean, [0.05, 0.95]))) for mean in means)
-    fast = speed > LIMITS.flying * float(np.quantile(speed, 0.95))
+    fast = speed > REGRESSION.flying * float(np.quantile(speed, 0.95))
     moved, low = after - before, float(np.quantile(impact[fast], 0.1))
     if abs(moved) < max(LIMITS.breeze, LIMITS.drift * low, LIMITS.steady * scatter):
         return None
@@ -547,7 +361,7 @@ def _copied(channels: Mapping[str, Any]) -> Broken | None:
     # A copy is held from fix to fix, where the file's reader may interpolate the velocity.
     renewed = np.diff(channels["impact_pressure"], prepend=np.nan) != 0.0
     rows = np.flatnonzero(fresh & renewed & moving[first : first + LIMITS.copies])
-    if len(rows) < LIMITS.fewest:
+    if len(rows) < REGRESSION.fewest:
         return None
     ground, track = np.hypot(north, east)[rows], np.arctan2(east, north)[rows]
     if 1.0 - abs(np.mean(np.exp(1j * track))) < LIMITS.turned:

@@ -10,7 +10,8 @@ from tests.calibration import trajectories as fixture
 from tests.shared_data import shared_case
 
 from pitotbench import BadInputError, CalibrationOptions, FlightLog, air, read_log
-from pitotbench.broken import find_broken, follow, parts_of
+from pitotbench.airdata import follow, parts_of
+from pitotbench.broken import find_broken
 from pitotbench.calibration import calibrate, reduction
 from pitotbench.cli import main
 from pitotbench.logbook.plausibility import SPEED_FACTOR

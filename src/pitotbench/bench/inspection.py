@@ -3,6 +3,7 @@
 import numpy as np
 
 from pitotbench import air
+from pitotbench.airdata import mean_wind
 from pitotbench.bench.gusts import MEAN_LENGTH, gust_deviation
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
 from pitotbench.calibration.observations import (
@@ -20,13 +21,12 @@ from pitotbench.records.case import Case
 from pitotbench.records.log import Caution, ChannelSummary, FlightLog, LogInspection, Question
 from pitotbench.records.motion import CONTROLS, STATES
 from pitotbench.timeline import interval, pauses
-from pitotbench.units import DEGREE, KNOT, Array, Booleans
+from pitotbench.units import DEGREE, KNOT, Array
 
 _SECTOR = 30.0 * DEGREE
 _VISITED = 0.02  # share of the rows that counts as a heading flown
 _MOST_ROWS = 3000  # that the expected bound is computed from: geometry needs no more
 _SPEEDS = 7  # airspeeds at which the bound is given
-_ROUNDS = 12
 _QUANTILES = (0.05, 0.5, 0.95)
 _NEEDS = {  # question: what it needs beyond pressures and ground velocity, and what is assumed or lost without
     "altitude (position) error": (
@@ -53,7 +53,7 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
     end = range_end(log)
     measured = flying & usable_rows(log, chosen).rows  # the same as of the calibration
     shown = measured if measured.any() else flying
-    wind = _wind(log, shown)
+    wind = mean_wind(log.select(shown).channels())
     sample, plain = (
         log.select(np.arange(0, len(log), max(1, len(log) // _MOST_ROWS))),
         _of_the_bound(chosen),
@@ -79,7 +79,7 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
         questions=_questions(log, expected is not None, refusal),
         expected=expected,
         refusal=refusal,
-        wind=wind,
+        wind=(float(wind[0]), float(wind[1])),
         wind_drifts=expected is not None and wind_drifts(plain, observe(sample, plain)),
         model=plain.model,
         warnings=tuple(found),
@@ -101,30 +101,6 @@ def _channel_summary(log: FlightLog, name: str) -> ChannelSummary:
     return ChannelSummary(name, channel.unit, low, high, changes)
 
 
-def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:
-    """Return the wind toward north and east [m/s] that brings ground speed and airspeed together
-    best.
-    """
-    temperature = log.air_temperature if log.air_temperature is not None else log.total_temperature
-    if temperature is None:
-        temperature = air.standard_temperature(air.pressure_altitude(log.static_pressure))
-    airspeed = air.true_airspeed(log.impact_pressure, log.static_pressure, temperature)[flying]
-    velocity = np.stack([log.velocity_north, log.velocity_east], axis=1)[flying]
-    wind, bias = np.zeros(2), 0.0
-    for _ in range(_ROUNDS):
-        through = velocity - wind
-        ground = np.maximum(np.linalg.norm(through, axis=1), 1e-3)
-        # A weak prior keeps the wind small where one heading cannot separate it from an error of the
-        # airspeed.
-        design = np.column_stack([through / ground[:, None], np.ones(len(ground))])
-        normal = design.T @ design + 1e-3 * len(ground) * np.eye(3)
-        step = np.linalg.solve(
-            normal, design.T @ (ground - airspeed - bias) - 1e-3 * len(ground) * np.r_[wind, bias]
-        )
-        wind, bias = wind + step[:2], bias + float(step[2])
-    return float(wind[0]), float(wind[1])
-
-
 def _of_the_bound(options: CalibrationOptions) -> CalibrationOptions:
     """The options of a calibration by which the bound is expected: the same rows and unknowns."""
     return CalibrationOptions(
@@ -139,7 +115,7 @@ def _of_the_bound(options: CalibrationOptions) -> CalibrationOptions:
 
 
 def _expected(
-    sample: FlightLog, plain: CalibrationOptions, wind: tuple[float, float], speed: Array
+    sample: FlightLog, plain: CalibrationOptions, wind: Array, speed: Array
 ) -> tuple[tuple[Array, Array] | None, str]:
     """Return airspeeds and 2σ to expect in light turbulence, or the reason why there is none."""
     if not len(speed):
@@ -156,7 +132,7 @@ def _expected(
         gust_deviation=gust_deviation(Case(turbulence="light")), gust_length=MEAN_LENGTH
     )
     try:
-        bound = expected_two_sigma(sample, plain, np.array(wind), noise, speeds)
+        bound = expected_two_sigma(sample, plain, wind, noise, speeds)
     except (BadInputError, NoAnswerError) as error:
         return None, f"{error}{limit_words(sample, plain)}"
     if not np.all(np.isfinite(bound)):

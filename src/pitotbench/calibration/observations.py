@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.broken import TAXI
+from pitotbench.airdata import TAXI
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.estimation.noise import Intervals, robust_deviation
 from pitotbench.logbook.plausible_air import at_ceiling

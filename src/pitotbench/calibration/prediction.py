@@ -324,21 +324,6 @@ def curve_moved(
     return CurveMove(float(np.max(size)), float(np.max(size / bounds)))
 
 
-def wind_by_circle(obs: Observations) -> Array:
-    """Return the constant wind toward north and east that fits best without an error of the
-    airspeed, (2,) [m/s].
-
-    The ground velocities lie on a circle of the airspeed around the wind: |g|² − V² = 2 g·W − |W|²,
-    linear in W and
-    |W|² (Kåsa, IEEE Transactions on Instrumentation and Measurement 25, 1976).
-    """
-    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
-    airspeed = mach * air.sound_speed(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
-    ground = np.stack([obs.velocity_north, obs.velocity_east, np.full(len(obs), -0.5)], axis=1)
-    response = np.sum(ground[:, :2] ** 2, axis=1) - airspeed**2
-    return np.asarray(np.linalg.lstsq(2.0 * ground, response)[0][:2])
-
-
 @dataclass(frozen=True, slots=True)
 class WindPath:
     """The wind less its mean, around which a problem is linearized: times (k,) [s], and (k, 2)

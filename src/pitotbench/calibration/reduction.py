@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.airdata import NEEDED, mean_wind
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeRows
 from pitotbench.calibration.covering import (
     CoveringFit,
@@ -56,7 +57,6 @@ from pitotbench.calibration.prediction import (
     WindPath,
     nuisances_of,
     of_slow_probe,
-    wind_by_circle,
     with_signs,
 )
 from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
@@ -324,7 +324,7 @@ def _along_path(
     # a level alone.
     level = replace(model, error=MODELS["bias"])
     start = np.zeros(level.count)
-    start[1:3] = wind_by_circle(obs)
+    start[1:3] = mean_wind({name: getattr(obs, name) for name in NEEDED})
     return first_pass(_structure(level, options, obs, drifting=True), obs, start)
 
 

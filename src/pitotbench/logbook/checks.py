@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.broken import BROKEN, TAXI, Broken, find_early, find_late
+from pitotbench.airdata import TAXI
+from pitotbench.broken import BROKEN, Broken, find_early, find_late
 from pitotbench.channels import Channel
 from pitotbench.logbook.columns import (
     HEIGHT,

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
+from pitotbench.airdata import NEEDED, mean_wind
 from pitotbench.logbook.columns import (
     AIR_DATA,
     DAY,
@@ -378,7 +379,6 @@ _HALF_BASE = 0.5  # s to either side between which positions are differenced, or
 _EVEN = 0.05  # of the usual step: an even clock keeps to it so nearly
 _FEW_ODD = 0.01  # of the steps, that may be farther off
 _ARC_PASSES = 3  # the wind comes from the arcs, and the arcs from the wind
-_FAR_OFF = 5.0  # times the median of what is left: such a row is faulty
 _PAUSE = 4.0  # usual steps of a clock that is not even: a longer one is a pause
 
 
@@ -464,7 +464,7 @@ def _along_arcs(
     known, heading = np.isfinite(chords[0]), np.full(len(middle), np.nan)
     at_fixes = _at_fixes(chords, reach)
     for _ in range(_ARC_PASSES):
-        wind = _wind_among(draft, rows, at_fixes)
+        wind = _wind_at(draft, rows, at_fixes)[:, None]
         north, east = chords - wind
         heading[known] = np.unwrap(np.arctan2(east, north)[known])
         ahead, behind = (
@@ -476,6 +476,14 @@ def _along_arcs(
     return at_fixes, polar
 
 
+def _wind_at(draft: Draft, rows: NDArray[np.intp], velocity: Array) -> Array:
+    """The mean wind, (2,) [m/s], by velocities (2, k) at `rows`, (k,)."""
+    if "impact_pressure" not in draft.channels or "static_pressure" not in draft.channels:
+        return np.zeros(2)
+    moving = dict(zip(("velocity_north", "velocity_east"), velocity, strict=True))
+    return mean_wind({n: moving[n] if n in moving else draft.channels[n][rows] for n in NEEDED})
+
+
 def _at_fixes(between: Array, reach: int) -> Array:
     """The mean of what is between fixes (m, k − r), before and after each fix, (m, k); at either
     end that of the one side.
@@ -483,36 +491,6 @@ def _at_fixes(between: Array, reach: int) -> Array:
     after = np.pad(between, ((0, 0), (0, reach)), "edge")
     before = np.pad(between, ((0, 0), (reach, 0)), "edge")
     return np.asarray(0.5 * (before + after))
-
-
-def _wind_among(draft: Draft, rows: NDArray[np.intp], velocity: Array) -> Array:
-    """Return the wind toward north and east, (2, 1) [m/s], around which velocities (2, k) of `rows`
-    lie on circles of the airspeed, whatever factor that has; none where the log does not tell.
-
-    |g|² = 2 g·W − |W|² + s V², linear in W, |W|² and s (Kåsa, IEEE Transactions on Instrumentation
-    and Measurement 25, 1976).
-    """
-    none = np.zeros((2, 1))
-    air_data = [draft.channels.get(name) for name in ("impact_pressure", "static_pressure")]
-    if air_data[0] is None or air_data[1] is None:
-        return none
-    impact, static = (np.asarray(each)[rows] for each in air_data)
-    squared = (
-        air.true_airspeed(
-            np.maximum(impact, 0.0), np.maximum(static, 1.0), air.SEA_LEVEL_TEMPERATURE
-        )
-        ** 2
-    )
-    columns = np.stack([2.0 * velocity[0], 2.0 * velocity[1], -np.ones(len(rows)), squared], axis=1)
-    response = np.sum(velocity**2, axis=0)
-    good = np.isfinite(columns).all(axis=1) & np.isfinite(response) & (impact > 0.0)
-    for _ in range(_ARC_PASSES):  # faulty rows are not among the good ones of the next pass
-        if np.count_nonzero(good) < _FEWEST_FIXES:
-            return none
-        found = np.linalg.lstsq(columns[good], response[good])[0]
-        left = np.abs(response - columns @ found)
-        good &= left < _FAR_OFF * np.median(left[good])
-    return np.asarray(found[:2, None])
 
 
 def _noise(velocity: Array, spacing: int) -> float:

@@ -19,7 +19,6 @@ from pitotbench.estimation.restricted_likelihood import (
     most_likely_noise,
     noise_posterior,
     restricted_log_likelihood,
-    solutions,
     solve,
 )
 from pitotbench.pressure_error.models import SMOOTH
@@ -56,7 +55,7 @@ def rows_of(legs: Sequence[CardLeg]) -> Legs:
 # noise. It is the calibration's own problem (estimation.restricted_likelihood). The noise is white,
 # the steps of the readings and what a gust leaves in one leg, plus a wind that is a Gauss-Markov
 # process; the wind takes a further step where another point begins. The regressors are the smooth
-# curves, one a configuration (pressure_error.models), whose departures have rival priors. Beside
+# curves, one a configuration (pressure_error.models). Beside
 # its equation each leg has two outputs that nobody observed, the wind across u and the correction.
 # What the others say of all three is what they predict for a leg that is read otherwise.
 
@@ -179,14 +178,12 @@ class CardModel:
         return every.reshape(len(speed), -1)
 
     def _regression(self) -> Regression:
-        """The equations of the legs under each rival prior of the departure."""
+        """The equations of the legs."""
         linear = self.linear
         columns = np.column_stack([linear.slope[:, None] * self._basis, linear.temperature_slope])
         probe = max(0.5 * self.stated.temperature_k, _NO_ERROR)  # wrong on every leg alike
         curve = np.tile(np.maximum(self._law.precisions, _LEVEL**-2.0), len(self.configurations))
-        thermometer = np.full((len(curve), 1), probe**-2.0)
-        precisions = np.column_stack([curve, thermometer])
-        return Regression(linear.observed, columns, columns, precisions)
+        return Regression(linear.observed, columns, columns, np.append(curve, probe**-2.0))
 
     def white(self, noise: Array) -> Array:
         """Return the variance of each leg without wind, (n,) [(m/s)²]."""
@@ -249,7 +246,7 @@ class CardModel:
 
     @cached_property
     def nodes(self) -> tuple[NoiseNode, ...]:
-        """The posterior: curves under each plausible noise and departure."""
+        """The posterior: curves under each plausible noise."""
         return noise_posterior(self.problem, self.noise, _log_prior, self.likeliest_noise)
 
     @cached_property
@@ -270,12 +267,11 @@ class CardModel:
 
     def expected_variance(self, at: MetersPerSecond) -> float:
         """Return the variance [(m/s)²] of the first configuration's curve, mean over airspeeds
-        [m/s], before a leg is flown: mean over the rival priors, on a usual day.
+        [m/s], before a leg is flown, on a usual day.
         """
         columns = self.gradient(at, self.legs[0].configuration)
-        rivals = solutions(self.problem, self.noise(USUAL_NOISE))
-        found = [np.einsum("cp,pq,cq->c", columns, each.covariance, columns) for each in rivals]
-        return float(np.mean(found))
+        _, covariance = solve(self.problem, self.noise(USUAL_NOISE))
+        return float(np.mean(np.einsum("cp,pq,cq->c", columns, covariance, columns)))
 
     def deviations(self, places: Sequence[int], gain: Array) -> Array:
         """Return the standard deviations, (m,), of what changes by `gain` (k,) with each of some

@@ -102,3 +102,31 @@ def test_a_name_of_ours_is_never_read_as_another_quantity(tmp_path):
     table = {"time_s": time, "pressure_altitude_m": 20e3 + 10.0 * time}
     drafted = draft_mapping(read_table(sample.write(tmp_path / "high.csv", table)))
     assert all(line.guess.quantity != "static_pressure" for line in drafted.lines)
+
+
+def test_a_log_without_a_temperature_names_the_weather_report(tmp_path, capsys):
+    """The report is that of the middle of the flight at its place; it is typed, never fetched."""
+    log = fixture.fly(fixture.circles(2), 2, 2, fixture.Air(gust=0.3))
+    table = {
+        "time_s": log.time,
+        "impact_pressure_pa": log.impact_pressure,
+        "static_pressure_pa": log.static_pressure,
+        "velocity_north_mps": log.velocity_north,
+        "velocity_east_mps": log.velocity_east,
+        "latitude_deg": np.full(len(log), -33.958),
+        "longitude_deg": np.full(len(log), 151.236),
+    }
+    header = '# start = "2026-05-03 23:58:00"\n'
+    path = sample.write(tmp_path / "flight.csv", table, header)
+    middle = 0.5 * (log.time[0] + log.time[-1]) / 60.0
+    assert 2.0 < middle < 62.0
+    assert main(["calibrate", str(path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    report = f"the METAR of 2026-05-04 00:{int(middle - 2.0):02d} by the log's clock"
+    assert f"--temperature-c 18±2@ground ({report}, nearest to 33.96° S 151.24° E)" in said
+    assert main(["calibrate", str(path), "--temperature-c", "18±2@ground"]) == 0
+    assert "METAR" not in capsys.readouterr().out
+    del table["latitude_deg"], table["longitude_deg"]
+    path = sample.write(tmp_path / "nowhere.csv", table, header)
+    assert main(["calibrate", str(path)]) == 0
+    assert "METAR" not in capsys.readouterr().out

@@ -61,6 +61,7 @@ from pitotbench.calibration.prediction import (
 )
 from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
 from pitotbench.estimation.mixture import Posterior
+from pitotbench.logbook.temperature import weather_report
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import SmoothModel
 from pitotbench.records import NoAnswerError
@@ -99,6 +100,7 @@ class Reduction:
     `without_height_and_with` are the curve's parameters (K,) by the wind triangle and by both
     equations, empty where the height tells nothing of it; `by_slow_probe` (p + m,) is what a probe
     that is a kelvin off at the slow end alone moves, None where no bound holds it.
+    `weather_report` says in words which one tells the log's temperature.
     """
 
     options: CalibrationOptions
@@ -121,6 +123,7 @@ class Reduction:
     parts: tuple[tuple[float, float], ...] = ()
     log_start: float = 0.0
     left_out: tuple[str, ...] = ()
+    weather_report: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +175,7 @@ def reduce_log(
         parts=spans(log.time, usable.rows),
         log_start=log.start,
         left_out=usable.reasons,
+        weather_report=weather_report(log),
         warnings=(*_warnings(log, reduction, left_out), *reduction.warnings),
         priors=stated_of(options.priors),
         assumptions=_relevant_assumptions(assumed, used, reduction.observations),

@@ -88,7 +88,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         reason=white.reason,
         condition_number=white.condition_number,
         residuals=residuals,
-        warnings=(*reduction.warnings, *_of_standard_day(obs, shares, drawn)),
+        warnings=(*reduction.warnings, *_of_standard_day(reduction, shares, drawn)),
         shares=shares,
         diagnostics=reduction.diagnostics,
         error_location=reduction.error_location,
@@ -369,13 +369,14 @@ def _shares(
 
 
 def _of_standard_day(
-    obs: Observations, shares: Sequence[Share], curve: ErrorCurve
+    reduction: Reduction, shares: Sequence[Share], curve: ErrorCurve
 ) -> Iterator[Caution]:
-    """What the temperature of a log without one contributes to the bound.
+    """What the temperature of a log without one contributes to the bound, and where to find it.
 
     The published method takes its sensors for exact, and the standard day with them.
     """
-    if obs.standard_day:
+    if reduction.observations.standard_day:
+        report = f" ({reduction.weather_report})" if reduction.weather_report else ""
         whole = float(np.sqrt(np.mean(curve.two_sigma**2)))
         part = next((each.curve for each in shares if each.name == "temperature_k"), None)
         assumed = (
@@ -386,7 +387,7 @@ def _of_standard_day(
         )
         yield Caution(
             f"no temperature in the log: a standard day is assumed, {assumed}; state the day's: "
-            "--temperature-c 18±2@ground",
+            f"--temperature-c 18±2@ground{report}",
             "standard day",
         )
 

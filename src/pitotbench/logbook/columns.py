@@ -298,6 +298,7 @@ CALIBRATE = "calibrate"  # header entry: the choices of a calibration that the l
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated
 START = "start"  # header entry: date and time of day at which the seconds of the log begin
+PLACE = "place"  # header entry: where the log was made, such as "47.91° N 97.03° W"
 HEIGHT = "height"  # header entry: the stated height that was flown, such as "2000±300ft"
 DAY = "temperature_c"  # header entry: the stated temperature of the day, such as "18±2@ground"
 PARAMETERS = "parameters"  # header entry: the airspeed parameters with which an autopilot showed the log's airspeed

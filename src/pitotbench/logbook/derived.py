@@ -21,6 +21,7 @@ from pitotbench.logbook.columns import (
     AIR_DATA,
     DAY,
     HEIGHT,
+    PLACE,
     START,
     Table,
     clock_seconds,
@@ -40,7 +41,7 @@ from pitotbench.records.log import (
     UNITS_OF_A_LOG,
     Caution,
 )
-from pitotbench.units import Array, Booleans, Seconds, from_si, to_si
+from pitotbench.units import DEGREE, Array, Booleans, Radians, Seconds, from_si, to_si
 
 # 2σ of a value known to one step, in steps.
 _TWO_SIGMA = float(2.0 / np.sqrt(12.0))
@@ -306,6 +307,12 @@ def _state_accuracy(header: dict[str, Any], name: str, two_sigma: float) -> None
 _COMPONENTS = ("velocity_north", "velocity_east")
 
 
+def _place(latitude: Radians, longitude: Radians) -> str:
+    """The middle of the positions of a log, to a mile."""
+    north, east = (float(np.nanmedian(each)) / DEGREE for each in (latitude, longitude))
+    return f"{abs(north):.2f}° {'NS'[north < 0.0]} {abs(east):.2f}° {'EW'[east < 0.0]}"
+
+
 def _velocity(draft: Draft, header: dict[str, Any]) -> None:
     """Form the velocity from ground speed and track, else from positions.
 
@@ -318,6 +325,8 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
         draft.channels.pop("latitude", None),
         draft.channels.pop("longitude", None),
     )
+    if latitude is not None and longitude is not None and np.isfinite(latitude + longitude).any():
+        header[PLACE] = _place(latitude, longitude)
     given = [name for name in _COMPONENTS if name in draft.channels]
     steps = [display_step(draft.channels[name], draft.suffixes[name]) for name in given]
     coarse = len(given) == 2 and _TWO_SIGMA * min(steps) > USUAL_ACCURACIES["velocity_mps"]

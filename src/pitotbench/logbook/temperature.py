@@ -5,13 +5,17 @@ It is for logs without a probe of the air.
 
 import re
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
 from pitotbench import air
+from pitotbench.logbook.columns import PLACE
 from pitotbench.logbook.draft import Draft
+from pitotbench.logbook.same_flight import moment_of
 from pitotbench.records import BadInputError
+from pitotbench.records.log import FlightLog
 from pitotbench.units import Meters, to_si
 
 REPORT = 2.0  # K, 2σ: a weather report of a field nearby, in whole degrees
@@ -51,6 +55,17 @@ def stated_day(text: str) -> DayTemperature:
         raise BadInputError(f"temperature {text!r}: no day has it; write it in degrees Celsius")
     height = None if (at := found["height"]) is None else float(to_si(float(at), found["unit"]))
     return DayTemperature(temperature, float(found["spread"] or REPORT), height)
+
+
+def weather_report(log: FlightLog) -> str:
+    """Which weather report tells the temperature of a log: that of its middle, at its place; empty
+    for a log without a date, a time of day or positions.
+    """
+    begin, place = moment_of(log), log.header.get(PLACE)
+    if begin is None or place is None:
+        return ""
+    middle = datetime.fromtimestamp(begin + 0.5 * float(log.time[0] + log.time[-1]), UTC)
+    return f"the METAR of {middle:%Y-%m-%d %H:%M} by the log's clock, nearest to {place}"
 
 
 def take_day(draft: Draft, text: str, header: dict[str, Any]) -> None:

@@ -5,14 +5,18 @@ an airspeed indicator of a simulator.
 import csv
 import json
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from html import unescape
 
+import numpy as np
 import pytest
 from tests.calibration.test_long_flights import circling
 
 from pitotbench import calibrate, read_log, write_log
 from pitotbench.cli.app import DONE, main
-from pitotbench.show.handbook import handbook_sentence
+from pitotbench.records.calibration import PublishedCurve
+from pitotbench.show.handbook import handbook_advice, handbook_sentence
+from pitotbench.timeline import minutes_text
 from pitotbench.units import KNOT
 
 # Several voices of one answer are looked at: each log is fitted once.
@@ -62,6 +66,37 @@ def test_every_voice_compares_the_curve_with_the_handbook_alike(flown, tmp_path,
     ]
     assert at_low_end == pytest.approx([curve.correction_kt[0] - 5.0] * 3, abs=2e-3)
     assert f"at {curve.indicated_airspeed_kt[0]:.0f} KIAS it is" in sentence
+
+
+def test_where_a_handbook_differs_the_parts_flown_there_are_named(flown):
+    """Of two parts, one below and one above the middle airspeed, the slow one is named where the
+    table differs below it.
+    """
+    path, *_ = flown
+    found = calibrate(path)
+    curve, time = found.curve, found.residuals.time
+    speed = np.sort(found.residuals.indicated_airspeed)
+    split = 0.5 * float(time[0] + time[-1])
+    begin, middle, end = (minutes_text(t - found.log_start) for t in (time[0], split, time[-1]))
+    halves = ((float(time[0]), split), (split, float(time[-1])))
+    apart = replace(
+        found, residuals=replace(found.residuals, indicated_airspeed=speed), parts=halves
+    )
+    indicated = curve.indicated_airspeed
+    slow = indicated < np.median(speed)
+
+    def advice(result, wrong):
+        table = PublishedCurve("poh.csv", "", indicated, indicated + curve.correction + wrong)
+        return handbook_advice(result, table)
+
+    assert advice(apart, np.zeros(len(slow))) == ""
+    said = advice(apart, 9.0 * slow)
+    assert said.startswith("1 of the 2 parts used are flown mostly where the two differ")
+    assert f"(--without {begin}-{middle}), or fly {indicated[0] / KNOT:.0f} to " in said
+    assert f"(--without {middle}-{end})" in advice(apart, 9.0 * ~slow)
+    whole = advice(replace(apart, parts=((float(time[0]), float(time[-1])),)), 9.0 * slow)
+    assert whole.startswith(f"Fly {indicated[0] / KNOT:.0f} to ")
+    assert "--without" not in whole
 
 
 def test_a_name_of_a_handbook_is_no_formula_and_no_markup(flown, tmp_path):

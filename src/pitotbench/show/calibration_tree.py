@@ -27,7 +27,7 @@ from pitotbench.show.curve_rows import (
     prior_sentences,
 )
 from pitotbench.show.deliverables import SETTING_COLUMNS, settings_lines
-from pitotbench.show.handbook import handbook_sentence
+from pitotbench.show.handbook import handbook_advice, handbook_sentence
 from pitotbench.show.limits import AUTO, Limit, judgments
 from pitotbench.show.record import (
     CHECK_COLUMNS,
@@ -84,6 +84,11 @@ def calibration_tree(
         *([Sentence(answer.correction_sentence)] if result.usable else []),
         Sentence(answer.wind_sentence),
         *(Sentence(handbook_sentence(curve, each)) for each in curve.published),
+        *(
+            Sentence(text)
+            for text in dict.fromkeys(handbook_advice(result, each) for each in curve.published)
+            if text
+        ),
         Figure("pitotbench.show.curves.curve_panels", (results, truth, limit), "main"),
     ]
     rules = [judgment.sentence for judgment in judgments(result, limit)]

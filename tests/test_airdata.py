@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench import air
+from pitotbench import air, read_log
 from pitotbench.airdata import follow, mean_wind, part_of
 
 HEIGHT = 3000.0  # m
@@ -57,3 +57,28 @@ def test_one_heading_tells_no_large_wind():
     straight["velocity_north"], straight["velocity_east"] = airspeed, np.zeros(40)
     assert np.hypot(*mean_wind(straight)) < 30.0
     assert np.array_equal(mean_wind({n: v[:10] for n, v in straight.items()}), [0.0, 0.0])
+
+
+def test_a_wind_that_turns_within_half_an_hour_is_no_mistake_of_the_velocities(tmp_path):
+    """With one wind for the whole log, a component of the velocity seemed to be feet a minute."""
+    log = channels(18.0)
+    turn = np.pi * log["time"] / log["time"][-1]
+    for name, of_wind, still in (
+        ("velocity_north", np.cos(turn), WIND[0]),
+        ("velocity_east", np.sin(turn), WIND[1]),
+    ):
+        log[name] += 9.0 * of_wind - still
+    names = [f"{name}_{unit}" for name, unit in _UNITS.items()]
+    rows = np.stack([log[name] for name in _UNITS], axis=1)
+    path = tmp_path / "log.csv"
+    np.savetxt(path, rows, "%.4f", ",", header=",".join(names), comments="")
+    assert not any("velocity" in each for each in read_log(path).cautions)
+
+
+_UNITS = {
+    "time": "s",
+    "impact_pressure": "pa",
+    "static_pressure": "pa",
+    "velocity_north": "mps",
+    "velocity_east": "mps",
+}

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
+from pitotbench.airdata import LIMITS as REGRESSION
+from pitotbench.airdata import NEEDED, Part, follow, part_of
 from pitotbench.broken import BROKEN
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausible_air import (
@@ -27,11 +29,6 @@ _FLYING = 5.0  # m/s over ground
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
 _ROWS = 600  # that the fit looks at: more rows add nothing to a factor
 _FEWEST = 20
-_ONE_WIND = 1800.0  # s: of a longer flight each window has a wind of its own
-_WINDOW = 900.0  # s, of such a window
-_LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as one
-_SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as its weight was right
-_GUST = 0.5  # m/s: what stays in the calmest air
 _ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
 _NEAR = 1.5  # times the airspeed: a unit that leaves the ground speed farther off is not tried
 _GAINS = {  # on the impact pressure
@@ -39,16 +36,14 @@ _GAINS = {  # on the impact pressure
     0.5: "twice the impact pressure",
     4.0: "half of the airspeed",
 }
+_NO_SHARE = 1e-3  # of the pressure that the speed makes: a reading of less follows nothing
 _SMALL_ZERO = 30.0  # Pa: a smaller one is not what makes the speeds differ
-# 1σ of the logarithm of the factor before the log is looked at: as good as unknown
-_SCALE_SPREAD = 10.0
-_CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the log is looked at
 
 
 @dataclass(frozen=True, slots=True)
 class FlownRows:
     """The rows in flight with a new fix, (n,) each, from which the factor is found; `rows` count in
-    the draft, `window` is the number of the window of a row: 0 where one wind holds for the flight.
+    the draft.
     """
 
     rows: NDArray[np.intp]
@@ -58,14 +53,11 @@ class FlownRows:
     temperature: Array
     north: Array
     east: Array
-    window: NDArray[np.intp]
 
-    @property
-    def shared(self) -> float:
-        """Samples for each that counts: gusts last, and samples within one say the same."""
-        return max(
-            1.0, _LASTING * len(self.time) / max(float(self.time[-1] - self.time[0]), _LASTING)
-        )
+    def part(self) -> Part:
+        """The same as rows of the regression."""
+        measured = (self.time, self.impact, self.static, self.north, self.east)
+        return part_of(dict(zip(NEEDED, measured, strict=True)), self.temperature)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,81 +98,36 @@ def flown_rows(draft: Draft) -> FlownRows | None:
     warm = air.standard_temperature(air.pressure_altitude(static)) * temperature_ratio(
         draft, some(draft, "static_pressure")
     )
-    time = c["time"][rows]
-    since = time - time[0]
-    window = since // (_WINDOW if since[-1] > _ONE_WIND else np.inf)
-    return FlownRows(
-        rows, time, impact[rows], static, warm, north[rows], east[rows], window.astype(np.intp)
-    )
+    return FlownRows(rows, c["time"][rows], impact[rows], static, warm, north[rows], east[rows])
 
 
 def find_factor(flown: FlownRows) -> Factor:
-    """Fit the winds, scale, zero and a change of the scale at half time, by least squares with weak
-    priors.
+    """Return the factor by which the reading follows the speed, with a zero, a change at half time
+    and a wind.
 
-    The impact pressure is compared with that which the ground speed needs in this wind. Over all
-    headings a wind cannot look like a factor. On one heading it can: then the standard error of the
-    factor, with the wind's usual size as knowledge, is large, and nothing is said.
+    Over all headings a wind cannot look like a factor. On one heading it can: then the standard
+    error of the factor, with the wind's usual size as knowledge, is large, and nothing is said.
     """
-    from scipy.optimize import (
-        least_squares,
-    )  # slow to load, and a log without ground speed does not need it
-
     late = np.where(flown.time > np.median(flown.time), 0.5, -0.5)
-    airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
-    ground = float(np.median(np.hypot(flown.north, flown.east)))
-    wind_spread = LIMITS.wind_spread + LIMITS.wind_share * min(airspeed, ground)
-    winds = 2 * (int(flown.window[-1]) + 1)
-    weight = np.sqrt(flown.shared)  # a sample that repeats another counts less
-    spreads = np.array([*[wind_spread] * winds, _SCALE_SPREAD, LIMITS.zero_spread, _CHANGE_SPREAD])
-
-    def misfits(x: Array, sigma: float) -> Array:
-        return np.append(_residual(x, flown, late) / (weight * sigma), x / spreads)
-
-    def size_of(x: Array) -> float:
-        return float(np.sqrt(np.mean(_residual(x, flown, late) ** 2)))
-
-    x: Array = np.zeros(winds + 3)
-    x[-3] = 2.0 * np.log(ground / airspeed)
-    size, settled = size_of(x), False
-    while not settled:
-        fit = least_squares(misfits, x, method="lm", x_scale="jac", args=(max(_GUST, size),))
-        before, size = size, size_of(fit.x)
-        x, settled = fit.x, not max(_GUST, size) < _SETTLED * before
-    slopes = np.asarray(fit.jac)
-    return _factor(x, np.asarray(np.linalg.inv(slopes.T @ slopes)), flown, size)
-
-
-def _residual(x: Array, flown: FlownRows, late: Array) -> Array:
-    """Ground speed less wind, less the airspeed of the corrected impact pressure [m/s], (n,)."""
-    scale, zero, change = x[-3:]
-    corrected = np.maximum(np.exp(scale + change * late) * flown.impact + zero, 1.0)
-    airspeed = air.true_airspeed(corrected, flown.static, flown.temperature)
-    wind = _winds(x, flown)
-    through_air: Array = np.hypot(flown.north - wind[0], flown.east - wind[1])
-    return through_air - airspeed
-
-
-def _winds(x: Array, flown: FlownRows) -> Array:
-    """The wind on each row, (2, n) [m/s]."""
-    return np.asarray(x[:-3].reshape(-1, 2)[flown.window].T)
-
-
-def _factor(x: Array, covariance: Array, flown: FlownRows, misfit: float) -> Factor:
-    scale, zero, wind = float(np.exp(x[-3])), float(x[-2]), _winds(x, flown)
+    fit = follow(flown.part(), flown.impact, late * flown.impact, zero=REGRESSION.zero)
+    share, change, zero = max(float(fit.values[0]), _NO_SHARE), *fit.values[1:3]
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
-    by_unknown = np.stack([np.full(3, scale), 1.0 / impact])
-    spread = np.sqrt(np.einsum("ik,ij,jk->k", by_unknown, covariance[-3:-1, -3:-1], by_unknown))
-    airspeed = float(np.median(np.hypot(flown.north - wind[0], flown.east - wind[1])))
+    excess = (impact - zero) / (share * impact) - 1.0
+    by_unknown = np.stack([-(1.0 + excess) / share, -1.0 / (share * impact)])
+    of_both = fit.covariance[np.ix_([0, 2], [0, 2])]
+    through_air = np.hypot(flown.north - fit.wind[0], flown.east - fit.wind[1])
+    corrected = np.maximum(((1.0 - change * late) * flown.impact - zero) / share, 1.0)
+    airspeed = air.true_airspeed(corrected, flown.static, flown.temperature)
+    misfit = float(np.sqrt(np.mean((through_air - airspeed) ** 2)))
     return Factor(
-        scale=scale,
-        zero=zero,
-        excess=scale + zero / impact - 1.0,
-        spread=spread,
-        wind=wind,
-        misfit=misfit / max(airspeed, 1.0),
-        change=float(np.expm1(x[-1])),
-        change_spread=float(np.exp(x[-1]) * np.sqrt(covariance[-1, -1])),
+        scale=1.0 / share,
+        zero=float(-zero / share),
+        excess=excess,
+        spread=np.sqrt(np.einsum("ik,ij,jk->k", by_unknown, of_both, by_unknown)),
+        wind=fit.wind,
+        misfit=misfit / max(float(np.median(through_air)), 1.0),
+        change=float(-change),
+        change_spread=float(fit.errors[1]),
     )
 
 
@@ -371,14 +318,15 @@ def align(flown: FlownRows, psi: Array, mirrored: bool) -> Alignment:
     airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     pointer = airspeed * np.exp(-1j * psi if mirrored else 1j * psi)
     velocity = flown.north + 1j * flown.east
-    windows = np.arange(flown.window[-1] + 1) == flown.window[:, None]
-    matrix = np.column_stack([pointer, windows])
+    part = flown.part()
+    winds = part.shapes()
+    matrix = np.column_stack([pointer, winds])
     solution = np.linalg.lstsq(matrix, velocity, rcond=None)[0]
     residuals = velocity - matrix @ solution
     misfit = float(np.sqrt(np.mean(np.abs(residuals) ** 2)))
-    alone = pointer - windows @ np.linalg.lstsq(windows.astype(np.float64), pointer)[0]
+    alone = pointer - winds @ np.linalg.lstsq(winds, pointer)[0]
     scatter = float(np.sqrt(np.mean(np.abs(alone) ** 2)))
-    spread = misfit / (abs(solution[0]) * scatter * np.sqrt(len(psi) / flown.shared))
+    spread = misfit / (abs(solution[0]) * scatter * np.sqrt(len(psi) / part.shared))
     usual = abs(solution[0]) * float(np.median(airspeed))
     return Alignment(float(np.angle(solution[0])) / DEGREE, float(spread) / DEGREE, misfit / usual)
 

@@ -47,11 +47,6 @@ class Limits:
     scale_refused: float = 3.0  # of the airspeed: no gauge's gain is, a unit of pressure is
     # Pa: a cheap differential gauge may have this zero, and it may be taken off later
     zero_allowed: float = 150.0
-    zero_spread: float = 100.0  # Pa, 1σ of the zero before the log is looked at
-    # m/s, 1σ of a component of the wind before the log is looked at, low down
-    wind_spread: float = 12.0
-    # of the airspeed, added to it: who flies fast flies high, where winds are strong
-    wind_share: float = 0.1
     change_doubted: float = 0.13  # of q_c, from one part of the log to the next
     change_refused: float = 0.5
     misfit_doubted: float = 0.15  # rms of ground speed less wind against airspeed, over airspeed

@@ -5,7 +5,7 @@ import pytest
 from tests.shared_data import shared_case
 
 from pitotbench import BadInputError
-from pitotbench.pressure_error.published import read_published
+from pitotbench.logbook.handbook_table import read_published
 from pitotbench.units import KNOT
 
 MPH_IN_KNOTS = 1609.344 / 1852.0

@@ -209,7 +209,7 @@ def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:
     """Return the curves of a handbook's table; none without one. Raises BadInputError for another
     table.
     """
-    from pitotbench.pressure_error.published import read_published
+    from pitotbench.logbook.handbook_table import read_published
 
     return () if handbook is None else read_published(Path(handbook))
 

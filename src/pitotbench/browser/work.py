@@ -150,7 +150,7 @@ def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Pa
     from pitotbench.logbook.autopilot import autopilot_of
     from pitotbench.logbook.bundle import ZIP, unpack
     from pitotbench.logbook.columns import PARAMETERS, SENSOR
-    from pitotbench.pressure_error.published import is_published
+    from pitotbench.logbook.handbook_table import is_published
 
     prefix = names.get("", "")
     if place.suffix.lower() == ZIP:

@@ -108,7 +108,7 @@ def _performance(options: argparse.Namespace) -> int:
 
 
 def _indicator(options: argparse.Namespace) -> int:
-    from pitotbench.pressure_error.published import read_published
+    from pitotbench.logbook.handbook_table import read_published
     from pitotbench.records.outputs import require_file
     from pitotbench.show.columns import printable
     from pitotbench.show.deliverables import jsbsim_system

@@ -21,6 +21,7 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.drafting import draft_mapping, mapping_text
     from pitotbench.logbook.reading import needs_mapping, read_table, with_facts
+    from pitotbench.logbook.recognition import kind_of
     from pitotbench.records.outputs import require_file
     from pitotbench.show.columns import printable
 
@@ -29,6 +30,8 @@ def run(options: argparse.Namespace) -> int:
     if is_bundle(options.log):
         raise BadInputError(f"{options.log}: a folder; name a log in it")
     try:
+        if kind := kind_of(options.log, options.log):
+            raise BadInputError(kind)
         if known := needs_mapping(options.log):
             print(printable(f"{options.log.name}: {known}"))
             return 0

@@ -133,76 +133,14 @@ def read_logs(
     facts: Mapping[str, Any] | None = None,
 ) -> "list[FlightLog]":
     """Read logs, or the same part of each, with what is stated of the flight (`FACTS`). Raises
-    BadInputError as `read_log` does, with the offer to draft a mapping for unknown names.
+    BadInputError as `read_log` does.
     """
-    from pitotbench.logbook.draft import MissingColumnsError
     from pitotbench.logbook.reading import read_log
 
-    logs = []
-    for path in paths:
-        try:
-            logs.append(read_log(path, mapping, parameters, part, airspeed_sensor, **(facts or {})))
-        except MissingColumnsError as error:
-            raise BadInputError(f"{error}" if mapping else _no_log(path, error)) from error
-    return logs
-
-
-def _no_log(path: Path, error: BadInputError) -> str:
-    """Return what a file is that lacks the columns of a log, and the way on."""
-    from pitotbench.logbook.points_table import is_known_speeds, is_points_table
-    from pitotbench.pressure_error.published import is_published
-
-    if is_published(path):
-        return (
-            f"{path}: a handbook's table of airspeeds, no log: `pitotbench calibrate LOG "
-            f"--handbook {path}` compares a log's curve with it, `pitotbench aircraft indicator {path} --out "
-            "indicator.xml` makes it the airspeed indicator of a JSBSim airplane"
-        )
-    if is_known_speeds(path):
-        return (
-            f"{path}: points with a known speed, no log: `pitotbench fixed-speed {path}` gives "
-            "factor, scale and zero"
-        )
-    if is_points_table(path):
-        return f"{path}: a card of legs, no log: `pitotbench fixed-speed {path}` reads it"
-    return (
-        _no_airspeed(path)
-        or f"{error}. `pitotbench map {path} -o mapping.toml` drafts one: {_drafted(path)}"
-    )
-
-
-def _no_airspeed(path: Path) -> str:
-    """Return what a file of a foreign recorder holds that lacks an airspeed alone; empty for
-    another.
-    """
-    from pitotbench.logbook.drafting import draft_mapping, lacks_airspeed
-    from pitotbench.logbook.reading import read_table
-
-    with suppress(BadInputError):
-        drafted = draft_mapping(read_table(path))
-        if lacks_airspeed(drafted):
-            held = ", ".join(
-                f"{line.guess.theirs} ({line.guess.quantity})" for line in drafted.lines
-            )
-            return (
-                f"{path}: no airspeed is logged: no column is one, nor an impact pressure. The "
-                f"file holds {held.replace('_', ' ')}. Give the log of the box that shows the airspeed"
-            )
-    return ""
-
-
-def _drafted(path: Path) -> str:
-    """Return in words what a drafted mapping would hold."""
-    from pitotbench.logbook.drafting import draft_mapping
-    from pitotbench.logbook.reading import read_table
-
-    try:
-        drafted = draft_mapping(read_table(path))
-    except BadInputError as error:
-        return str(error)
-    lines = [f"{line.guess.theirs} → {line.guess.target()}" for line in drafted.lines]
-    missing = f"; no column was found for {', '.join(drafted.missing)}" if drafted.missing else ""
-    return (", ".join(lines) or "none of its columns is recognized") + missing
+    return [
+        read_log(path, mapping, parameters, part, airspeed_sensor, **(facts or {}))
+        for path in paths
+    ]
 
 
 def stated_part(options: argparse.Namespace) -> "Part":

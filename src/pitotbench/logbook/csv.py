@@ -68,10 +68,11 @@ def read_csv(path: Path) -> Table:
     text, and for any other row whose length differs from the first line.
     """
     with _utf8(path) as file:
-        return _read(file)
+        return read_text(file)
 
 
-def _read(file: BinaryIO) -> Table:
+def read_text(file: BinaryIO) -> Table:
+    """Return the table of UTF-8 text, as `read_csv` does of a file."""
     _require_text(file)
     above, comments, first_line = _split(file)
     head = [first_line, *islice(file, _MOST_HEAD)]
@@ -218,7 +219,7 @@ def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
     # Spreadsheets begin a UTF-8 file with a byte-order mark of three bytes.
     position = 3 if file.read(3) == b"\xef\xbb\xbf" else 0
     file.seek(position)
-    while (line := file.readline())[:1] in (b"#", b"\r", b"\n"):
+    while (line := file.readline()) and (line[:1] == b"#" or not line.strip()):
         text = line.decode("utf-8", errors="replace").strip()
         if text:
             comments.append(text.removeprefix("#").removeprefix(" "))

@@ -94,7 +94,7 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
     values = almost_numbers(column)
     if values is None:
         return _date(name)
-    words, written = _words(name, unit)
+    words, written = name_and_unit(name, unit)
     found = _fitting(name, words, written, values)
     known = any(_score(words, names.split())[0] > _PART + 0.1 for names in SYNONYMS.values())
     if not found and written and not unit and not known and not _BRACKETS.search(name):
@@ -211,7 +211,7 @@ _RANGES = {
 _LONGEST_NAME = 200  # letters: an open quotation mark makes a name of the rest of the file
 
 
-def _words(name: str, unit: str) -> tuple[list[str], str]:
+def name_and_unit(name: str, unit: str = "") -> tuple[list[str], str]:
     """Return the words of a name without its unit, and the unit in lower case without blanks."""
     name = name[:_LONGEST_NAME]
     name = name.rpartition("/")[2] if name.startswith("/") else name  # a property in its tree
@@ -350,7 +350,7 @@ _MOST_TRIALS = 48
 _MOST_COLUMNS = 1000
 _SURE = 0.7  # score of a name above which it is the field's own
 _HEIGHTS = ("static_pressure", "pressure_altitude", "indicated_altitude", "height_above_takeoff")
-_NEEDED = (
+NEEDED = (
     ("time",),
     (
         "impact_pressure",
@@ -451,7 +451,7 @@ def draft_mapping(table: Table) -> DraftedMapping:
     by_quantity = {guess.quantity: guess.theirs for guess in fitted}
     lines = (
         *(
-            DraftedLine(guess, _question(guess, _rivals(guess, offered), by_quantity))
+            DraftedLine(guess, _question(guess, _rivals(guess, offered, fitted), by_quantity))
             for guess in fitted
         ),
         *_more_sensors(fitted, offered),
@@ -462,13 +462,6 @@ def draft_mapping(table: Table) -> DraftedMapping:
     unused = tuple(name for name in table.names if name not in used)
     ranges = tuple(_range_of(table.column(name)) for name in unused)
     return DraftedMapping(lines, lacking, unused, refusal, ranges)
-
-
-def lacks_airspeed(drafted: DraftedMapping) -> bool:
-    """Return whether a file holds a time and a velocity or a position, and no airspeed."""
-    lacking = set(drafted.missing)
-    time, airspeed, _, *velocity = (" or ".join(names) for names in _NEEDED)
-    return airspeed in lacking and not lacking & {time, *velocity}
 
 
 def read_by_draft(table: Table) -> Table | None:
@@ -575,7 +568,7 @@ def _missing(table: Table, chosen: Sequence[Guess]) -> tuple[str, ...]:
     here = {guess.quantity for guess in chosen} | (
         {_HEIGHTS[0]} if HEIGHT in table.header else set()
     )
-    return tuple(" or ".join(names) for names in _NEEDED if not here & set(names))
+    return tuple(" or ".join(names) for names in NEEDED if not here & set(names))
 
 
 def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
@@ -668,14 +661,15 @@ def _trial(
     )
 
 
-def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:
-    """Return other columns that fit the same quantity as well."""
+def _rivals(guess: Guess, offered: Sequence[list[Guess]], fitted: Sequence[Guess]) -> list[str]:
+    """Return other columns that fit the same quantity as well, and none better."""
+    taken = {each.theirs for each in fitted if each.score >= _SURE}
     return [
         other.theirs
         for options in offered
         for other in options
         if other.quantity == guess.quantity
-        and other.theirs != guess.theirs
+        and other.theirs not in taken
         and other.score > guess.score - 0.15
     ]
 
@@ -702,7 +696,7 @@ def _question(guess: Guess, rivals: Sequence[str], by_quantity: Mapping[str, str
     if (
         variation
         and guess.quantity in ("track", "heading")
-        and "true" not in _words(guess.theirs, "")[0]
+        and "true" not in name_and_unit(guess.theirs, "")[0]
     ):
         return (
             f"is it true, or magnetic as {variation!r} beside it suggests "

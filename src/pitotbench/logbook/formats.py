@@ -17,6 +17,7 @@ from pitotbench.logbook.matlab import read_mat, write_mat
 from pitotbench.logbook.other_kinds import NOT_READ
 from pitotbench.logbook.parquet import read_parquet, write_parquet
 from pitotbench.logbook.recorder_files import read_igc
+from pitotbench.logbook.spreadsheet import read_xlsx
 from pitotbench.logbook.ulog import read_topics
 from pitotbench.records import BadInputError
 from pitotbench.records.intake import require_regular
@@ -52,6 +53,7 @@ READ_ONLY: dict[str, Callable[[Path], Table]] = {
     ".ict": read_csv,
     ".igc": read_igc,
     ".igc.gz": read_igc,
+    ".xlsx": read_xlsx,
 }
 
 

@@ -56,13 +56,11 @@ def read_mat(path: Path) -> Table:
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
-    # A struct of texts beside it is about the flight.
+    # A struct of texts and single numbers beside it is about the flight.
     structs = [
         v
         for v in variables.values()
-        if isinstance(v, dict)
-        and _DATA not in v
-        and not all(isinstance(x, str) for x in v.values())
+        if isinstance(v, dict) and _DATA not in v and any(np.size(x) > 1 for x in v.values())
     ]
     if len(structs) == 1:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}

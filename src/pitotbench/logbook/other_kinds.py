@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 # Suffix: what it is, and the way to a log.
 _KINDS = {
-    ".xlsx .xls .xlsm .ods .numbers": "a spreadsheet: save its sheet as CSV (UTF-8), and give that",
+    ".xls .xlsm .ods .numbers": "a spreadsheet: save its sheet as CSV (UTF-8), and give that",
     ".tlog": "telemetry of MAVLink: give the log that the autopilot wrote itself (.bin, .ulg); it "
     "holds the sensors at their own rates",
     ".bbl .bfl": "a Blackbox recording: `blackbox_decode FILE` of blackbox-tools writes the CSV "

@@ -1,6 +1,7 @@
 """Read a card written by hand: a points table, one row a leg, or tower fly-bys, one row a pass."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -12,14 +13,17 @@ from pitotbench.logbook.columns import (
     QUANTITIES,
     Column,
     Table,
+    almost_numbers,
     impossible,
     numbers,
     parse_column,
     texts,
     within,
 )
-from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.derived import display_step
+from pitotbench.logbook.drafting import name_and_unit
+from pitotbench.logbook.formats import reader_of
+from pitotbench.logbook.synonyms import SYNONYMS, UNIT_WORDS
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import USUAL_STEPS, CardLeg, FlyBy, KnownSpeed, ReadingSteps
 from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, from_si, to_si
@@ -93,20 +97,52 @@ def is_known_speeds(path: Path) -> bool:
     """Return whether a file is a table of points with a known speed: a CSV with an airspeed or an
     impact pressure, a speed that is known, and no column that a log or a card of legs has.
     """
-    names = _names(path)
+    names = [_of_known_speeds(name) for name in _names(path)]
     return (
-        any(map(_is_known, names))
-        and any(name.startswith(("indicated_airspeed", "impact_pressure")) for name in names)
+        any(name.startswith("known_airspeed_") for name in names)
+        and any(name.startswith(("indicated_airspeed_", "impact_pressure_")) for name in names)
         and not any(name.startswith(_OF_OTHERS) for name in names)
     )
 
 
-def _is_known(name: str) -> bool:
-    words = name.lower().replace("_", " ").split()
-    return bool(words) and words[0] in _KNOWN and words[-1] in _SPEEDS
+def _of_known_speeds(name: str) -> str:
+    """Return our name of a column of a table of points with a known speed, whose names may be those
+    of the field: `Tunnel speed [m/s]`, `IAS (kt)`; another as it is.
+    """
+    words, written = name_and_unit(name)
+    unit = next((suffix for suffix in SUFFIXES if written in UNIT_WORDS.get(suffix, ())), "")
+    known = bool(words) and words[0] in _KNOWN and unit in _SPEEDS
+    shown = (q for q in _SHOWN if not known and unit and "".join(words) in SYNONYMS[q].split())
+    quantity = "known_airspeed" if known else next(shown, "")
+    return f"{quantity}_{unit}" if quantity else name
+
+
+def seems_a_calibration(path: Path) -> bool:
+    """Return whether a file may be points of a sensor beside a known speed: a short table of few
+    columns of numbers, none of which is a time.
+    """
+    with suppress(BadInputError):
+        table = reader_of(path)(path)
+        words = {word for name in table.names for word in name_and_unit(name)[0]}
+        return (
+            1 < len(table.names) <= _MOST_OF_POINTS
+            and len(table) <= _MOST_POINTS
+            and words.isdisjoint(SYNONYMS["time"].split())
+            and all(almost_numbers(column) is not None for column in table.columns)
+        )
+    return False
+
+
+def seems_fly_bys(path: Path) -> bool:
+    """Return whether a file may be tower fly-bys under other names: of a grid, and of a tower."""
+    words = {word for name in _names(path) for word in name_and_unit(name)[0]}
+    return {"grid", "tower"} <= words
 
 
 _SPEEDS = [suffix for suffix, unit in SUFFIXES.items() if unit.dimension == "speed"]
+_SHOWN = ("indicated_airspeed", "impact_pressure")
+_MOST_OF_POINTS = 5  # columns
+_MOST_POINTS = 200
 _OF_OTHERS = ("time_", "clock_time", "velocity_", "ground_speed_", "grid_height")
 
 
@@ -116,10 +152,10 @@ def is_fly_by_card(path: Path) -> bool:
 
 
 def _names(path: Path) -> tuple[str, ...]:
-    if path.suffix.lower() != ".csv" or not path.is_file():
+    if path.suffix.lower() not in (".csv", ".xlsx") or not path.is_file():
         return ()
     try:
-        return read_csv(path).names
+        return reader_of(path)(path).names
     except BadInputError:
         return ()
 
@@ -163,11 +199,8 @@ def read_known_speeds(path: Path) -> tuple[tuple[KnownSpeed, ...], dict[str, flo
     Raises BadInputError as `read_points` does.
     """
     with within(path):
-        table = read_csv(path)
-        names = tuple(
-            f"known_airspeed_{name.rpartition('_')[2]}" if _is_known(name) else name
-            for name in table.names
-        )
+        table = reader_of(path)(path)
+        names = tuple(map(_of_known_speeds, table.names))
         rows, steps = _rows(
             replace(table, names=names),
             tuple(_KNOWN_STEPS),
@@ -182,7 +215,7 @@ def _read(
 ) -> tuple[list[dict[str, Any]], dict[str, float]]:
     """Return the rows of a card by the fields of their record, and the steps of the readings [SI]."""
     with within(path):
-        return _rows(read_csv(path), quantities, columns, usual)
+        return _rows(reader_of(path)(path), quantities, columns, usual)
 
 
 def _rows(

@@ -18,7 +18,7 @@ from pitotbench.logbook.columns import (
     split_positions,
     within,
 )
-from pitotbench.logbook.draft import has_our_names
+from pitotbench.logbook.draft import MissingColumnsError, has_our_names
 from pitotbench.logbook.formats import reader_of, topics_of
 from pitotbench.logbook.joining import Parameters, read_mapped, rename
 from pitotbench.logbook.mapping import Mapping, find_mapping, recognized
@@ -61,7 +61,24 @@ def read_log(
     source = Path(path)
     with within(source):
         stated = dict(parameters or {})
-        return log_of(whole_table(source, mapping, stated, airspeed_sensor, facts), part)
+        table = whole_table(source, mapping, stated, airspeed_sensor, facts)
+        try:
+            return log_of(table, part)
+        except MissingColumnsError as error:
+            if mapping is not None:
+                raise
+            raise MissingColumnsError(_named(source, table, error)) from error
+
+
+def _named(source: Path, table: Table, error: BadInputError) -> str:
+    """Return what a file is that lacks the columns of a log, and the way on."""
+    from pitotbench.logbook.recognition import kind_of, what_it_lacks  # a log does without
+
+    with opened(source) as place:
+        file = _only_log(place, source) if is_bundle(place) else place
+        with suppress(BadInputError):  # of a log in topics the table that was joined
+            table = read_table(file)
+        return kind_of(file, source) or what_it_lacks(table, source, error)
 
 
 def whole_table(

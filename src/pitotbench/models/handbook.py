@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import isfinite, tan
 from pathlib import Path
 
+from pitotbench.logbook.handbook_table import is_published
 from pitotbench.models.steady_flight import (
     FINEST_LEVER,
     GLIDE_HEIGHT,
@@ -23,7 +24,6 @@ from pitotbench.models.steady_flight import (
     steady_speeds,
     true_airspeed,
 )
-from pitotbench.pressure_error.published import is_published
 from pitotbench.records import BadInputError
 from pitotbench.records.performance import PerformanceFigure
 from pitotbench.simulation.autopilot.frozen_aircraft import State

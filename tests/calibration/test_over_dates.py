@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
+from pitotbench.bench import folder_logs
 from pitotbench.bench.calibrations import options_of
 from pitotbench.calibration import calibrate_flights
+from pitotbench.calibration.flights import DISAGREE
 from pitotbench.calibration.over_dates import change_of, over_dates
+from pitotbench.records.log import Caution
 from pitotbench.units import KNOT
 
 SPEED = np.array([90.0, 120.0, 150.0]) * KNOT
@@ -63,6 +66,32 @@ def test_flights_are_ordered_by_date_and_the_change_is_told_with_its_flight(flig
     assert found.change.first == 2
     assert found.change.size == pytest.approx(1.5)
     assert "between 2026-05-11 and 2026-06-20 (from c on)" in found.words
+
+
+def test_a_change_between_dates_is_the_one_story_of_flights_that_disagree(flight, monkeypatch):
+    """Both were told of the same flights, one with a date and one with the advice to find it."""
+    more = {"2026-04-02": 0.0, "2026-05-11": 0.0, "2026-06-20": 1.5, "2026-07-05": 1.5}
+    single = {day: dated(flight, day, each) for day, each in more.items()}
+    differ = Caution("the flights disagree about the curve", DISAGREE)
+
+    def calibrated(logs, *_, **__):
+        found = [next(each for each in single.values() if each.log is log) for log in logs]
+        joint = replace(found[0].calibration, warnings=(differ,))
+        return [
+            replace(each, place=place, calibration=joint) if len(found) > 1 else each
+            for place, each in enumerate(found)
+        ]
+
+    monkeypatch.setattr(folder_logs, "calibrate_each", calibrated)
+    answers = folder_logs.calibrate_folder([*more], lambda day: single[day].log)
+    change = answers[0].over_dates.change
+    assert change.first == 2
+    for answer in answers:
+        told = answer.flights[0].calibration.warnings
+        assert [each.code for each in told if each.code != "logs left out"] == [
+            "changed over dates"
+        ]
+        assert told[-1].moves.most == abs(change.size)
 
 
 def test_no_course_without_dates_or_of_two_flights(flight):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pitotbench.bench.calibrations import OneLog, Source, calibrate_each, names_of, sources_of
+from pitotbench.calibration.flights import DISAGREE
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.over_dates import over_dates
 from pitotbench.campaigns.fleet import progress
@@ -16,13 +17,14 @@ from pitotbench.logbook.columns import MAPPING, PARAMETERS
 from pitotbench.logbook.same_flight import distinct, recorders_notices
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import CalibratedFlight, PublishedCurve
-from pitotbench.records.log import Caution, Choice, FlightLog
+from pitotbench.records.log import Caution, Choice, CurveMove, FlightLog
 from pitotbench.records.over_dates import OverDates
 
 if TYPE_CHECKING:
     from pitotbench.calibration.flights import Known
 
 T = TypeVar("T", bound=OneLog)
+_CHANGED = "changed over dates"  # code of the warning
 _SHOWN = 3  # logs left out that a warning names with their reason
 
 
@@ -138,17 +140,27 @@ def _left_out(words: Sequence[str]) -> tuple[Caution, ...]:
 
 
 def _changed(course: OverDates | None) -> tuple[Caution, ...]:
-    return (Caution(course.words, "changed over dates"),) if course and course.words else ()
+    """A warning of a change over dates, with what it moves in a curve of all flights at most."""
+    if course is None or course.change is None:
+        return ()
+    size, bound = abs(course.change.size), course.change.two_sigma
+    return (Caution(course.words, _CHANGED, moves=CurveMove(size, size / bound)),)
 
 
 def _warned(answer: FolderAnswer[T], cautions: Sequence[Caution]) -> FolderAnswer[T]:
+    """The answer with further warnings; one of a dated change says how the flights disagree."""
+    said = {DISAGREE} if any(each.code == _CHANGED for each in cautions) else set()
     return replace(
         answer,
         flights=tuple(
             replace(
                 each,
                 calibration=replace(
-                    each.calibration, warnings=(*each.calibration.warnings, *cautions)
+                    each.calibration,
+                    warnings=(
+                        *(w for w in each.calibration.warnings if w.code not in said),
+                        *cautions,
+                    ),
                 ),
             )
             for each in answer.flights

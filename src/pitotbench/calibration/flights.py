@@ -37,6 +37,7 @@ from pitotbench.records.calibration import (
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import KNOT, Array, MetersPerSecond
 
+DISAGREE = "flights disagree"  # code of the warning that their curves differ
 _DISAGREE = 0.01  # probability of so much disagreement by chance: below it there is a warning
 
 
@@ -139,7 +140,7 @@ def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:
         f"the flights disagree about the curve (by chance in {100.0 * chance:.2g} % of cases): "
         "compare them singly"
     )
-    return (Caution(text, "flights disagree", size=chance),)
+    return (Caution(text, DISAGREE, size=chance),)
 
 
 def _not_negative(matrix: Array) -> Array:
@@ -278,7 +279,7 @@ def _with_wind(each: Reduction, wind: Array, covariance: Array) -> Reduction:
             "keeps its own; compare their velocities and airspeeds"
         )
         return replace(
-            each, warnings=(*each.warnings, Caution(text, "flights disagree", size=chance))
+            each, warnings=(*each.warnings, Caution(text, "recorders disagree", size=chance))
         )
     answer, axes = each.answer, slice(each.model.error_count, each.model.error_count + 2)
     gains = answer.covariances[:, :, axes] @ np.linalg.inv(answer.covariances[:, axes, axes])

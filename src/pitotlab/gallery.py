@@ -7,15 +7,24 @@ with its reason.
 import os
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from xml.etree import ElementTree
+from zipfile import ZipFile
 
 import numpy as np
+from scipy.io import loadmat
 
-from pitotbench.air import impact_pressure
+from pitotbench.air import impact_pressure, mach_from_impact_pressure, standard_pressure
 from pitotbench.bench.questions import calibrate
+from pitotbench.bench.workflow import NamedLog, reconcile_fully
+from pitotbench.calibration.fly_by import reduce_fly_bys
+from pitotbench.logbook.points_table import read_fly_bys
+from pitotbench.models.maneuver_model import in_place_of_log
+from pitotbench.models.sidpac import read_identification
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.calibration import Calibration
 from pitotbench.show.style import BLUE, GREY, Mark, band, bars, canvas, drawing, frame, line
 from pitotbench.units import FOOT, KNOT, Array, Booleans
 from pitotlab.real_logs import (
@@ -33,6 +42,9 @@ PAGE = Path("docs/gallery.md")
 PICTURES = Path("docs/pictures")
 BEGIN, END = "<!-- real logs -->", "<!-- / -->"
 _SIZE = (4.6, 2.4)  # in
+_PRESSURE_ERROR = "pressure error,\npart of the impact pressure"
+GRID_FT = 31.4  # of a division of the tower's grid
+LIFT_SLOPE = "lift_slope"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,19 +68,19 @@ class Held:
 @dataclass(frozen=True, slots=True)
 class Entry:
     """A log: what it is, its file in the folder of logs, where it comes from, what is known of it
-    independently, the flags of its calibration, and how the two are held together.
+    independently, the command that answers, and how the two are held together.
     """
 
     title: str
     path: str
     source: str
     truth: str
-    flags: str
-    hold: Callable[[Path, Calibration], Held]
+    command: str
+    hold: Callable[[Path], Held]
 
 
-def _handbook(_: Path, found: Calibration) -> Held:
-    curve, (indicated, calibrated) = found.curve, HANDBOOK.T
+def _handbook(path: Path) -> Held:
+    curve, (indicated, calibrated) = calibrate(path).curve, HANDBOOK.T
     speed = curve.indicated_airspeed_kt
     flown = (indicated >= speed[0] - 1.5) & (indicated <= speed[-1] + 1.5)
     at = indicated[flown]
@@ -83,8 +95,8 @@ def _handbook(_: Path, found: Calibration) -> Held:
     )
 
 
-def _balloon(path: Path, found: Calibration) -> Held:
-    curve = found.curve
+def _balloon(path: Path) -> Held:
+    curve = calibrate(path, mapping="jmoss").curve
     speed = curve.indicated_airspeed_kt
     return Held(
         BALLOON_KT,
@@ -93,15 +105,15 @@ def _balloon(path: Path, found: Calibration) -> Held:
         np.array(BALLOON[path.stem]),
         BALLOON_PA / impact_pressure(BALLOON_KT * KNOT),
         "indicated airspeed [kt]",
-        "pressure error, part of the impact pressure",
+        _PRESSURE_ERROR,
     )
 
 
-def _sonde(path: Path, found: Calibration) -> Held:
+def _sonde(path: Path) -> Held:
     """The wind of each window along the sonde's own wind at its height."""
     sonde = read_sonde(path.with_name(f"{path.name.partition('-')[0]}-sounding.txt.gz"))
     rows = []
-    for each in found.winds:
+    for each in calibrate(path).winds:
         if max(each.north.two_sigma, each.east.two_sigma) > KNOWN * KNOT:
             continue
         wind = np.array([float(sonde.at(axis, each.altitude)) for axis in ("north", "east")])
@@ -115,10 +127,95 @@ def _sonde(path: Path, found: Calibration) -> Held:
     return Held(at, own, bound, speed, doubt, "height [1,000 ft]", "wind along the sonde's [kt]")
 
 
+def _faired_curve(path: Path) -> Held:
+    """The passes of a tower beside the curve that the school drew through those of three sorties."""
+    read = _sheet(path)
+    by_speed = np.argsort(read["Vic"])
+    passes = {
+        name: values[by_speed] for name, values in read.items() if len(values) == len(by_speed)
+    }
+    by_tower = {
+        "indicated_airspeed_kt": passes["Vic"],
+        "pressure_altitude_ft": passes["Hic"],
+        "grid_height_ft": GRID_FT * passes["grid_reading"],
+        "tower_pressure_pa": standard_pressure(passes["grid_pa"] * FOOT),
+        "tower_temperature_degc": passes["tower_temp"],
+    }
+    rows = zip(*by_tower.values(), strict=True)
+    lines = [",".join(by_tower), *(",".join(f"{cell:.6g}" for cell in row) for row in rows)]
+    with TemporaryDirectory() as folder:
+        card = Path(folder) / "card.csv"
+        card.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        found = reduce_fly_bys(*read_fly_bys(card))
+    curve = _sheet(path.with_name("hand_faired_curve.xlsx"))
+    indicated = np.array([each.indicated_airspeed for each in found])
+    mach = mach_from_impact_pressure(
+        impact_pressure(indicated), standard_pressure(passes["Hic"] * FOOT)
+    )
+    return Held(
+        indicated / KNOT,
+        np.array([each.normalized_pressure_error for each in found]),
+        np.array([each.normalized_two_sigma for each in found]),
+        np.interp(mach, curve["Mic"], curve["dPp_qcic"]),
+        np.zeros(len(found)),
+        "indicated airspeed [kt]",
+        _PRESSURE_ERROR,
+    )
+
+
+_XLSX = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
+
+
+def _sheet(path: Path) -> dict[str, Array]:
+    """The columns of numbers of the first sheet of an .xlsx file, by the names in its first row."""
+    with ZipFile(path) as book:
+        texts, sheet = (
+            ElementTree.fromstring(book.read(f"xl/{name}.xml"))
+            for name in ("sharedStrings", "worksheets/sheet1")
+        )
+    shared = ["".join(each.itertext()) for each in texts.iter(f"{_XLSX}si")]
+    columns: dict[str, list[str]] = {}
+    for cell in sheet.iter(f"{_XLSX}c"):
+        value = cell.findtext(f"{_XLSX}v")
+        if value is not None:
+            text = shared[int(value)] if cell.get("t") == "s" else value
+            columns.setdefault(cell.get("r", "").rstrip("0123456789"), []).append(text)
+    found = {}
+    for name, *values in columns.values():
+        with suppress(ValueError):  # a column of words
+            found[name] = np.array(values, dtype=float)
+    return found
+
+
+def _lift_slope(path: Path) -> Held:
+    """The lift slope of a maneuver beside those that Morelli found of the same file."""
+    log = in_place_of_log([read_identification(path)], "DHC6")
+    found = reconcile_fully(NamedLog(path.name, log), "DHC6", refly=False).account.coefficients
+    lift = next(each.measured for each in found if each.effect == LIFT_SLOPE)
+    known = loadmat(path.with_name("totter_results.mat"))
+    by_equation, by_output = (-float(known[name][0, 0]) for name in ("pZ", "p"))
+    return Held(
+        np.array([1.0]),
+        np.array([lift.value]),
+        np.array([lift.two_sigma]),
+        np.array([0.5 * (by_equation + by_output)]),
+        np.array([0.5 * abs(by_equation - by_output)]),
+        "maneuver",
+        "lift slope [per rad]",
+    )
+
+
 _PERLAN = "Perlan 2 glider, flight {} of 2018, {} recorder (IGC, 1 Hz): Society of Flight Test Engineers, perlan-data"
 _SONDE = "the radiosonde of the day at the airfield; in lee waves, hours and miles away, it may differ by 25 kt"
 _JET = "a jet decelerates and turns, 20 Hz: SaguaroAerospaceResearch/JMOSS (MIT)"
 _BALLOON = "the pressure of a weather balloon at GPS height, to 0.5 hPa"
+
+_TPS = "a sortie of the USAF Test Pilot School, read from the tower's grid: jorgec00/tps_py_tools"
+_FAIRED = (
+    "the curve that the school drew by hand through the passes of three sorties, of which this is "
+    "one; an altimeter's own error, which a tower cannot tell from the static source's, is in the passes, "
+    "and the curve is the mean of three altimeters"
+)
 
 ENTRIES = (
     Entry(
@@ -126,11 +223,18 @@ ENTRIES = (
         "garmin/c172s-g1000-2011.csv.gz",
         "travisdesell/ngafid2.0, as the unit wrote it, 1 Hz",
         "the airspeed calibration of the airplane's handbook, flaps up; one airplane may differ by 3 kt",
-        "",
+        "calibrate {}",
         _handbook,
     ),
     *(
-        Entry(f"{name}, a jet", f"jmoss/{name}.csv", _JET, _BALLOON, " --mapping jmoss", _balloon)
+        Entry(
+            f"{name}, a jet",
+            f"jmoss/{name}.csv",
+            _JET,
+            _BALLOON,
+            "calibrate {} --mapping jmoss",
+            _balloon,
+        )
         for name in BALLOON
     ),
     *(
@@ -139,11 +243,33 @@ ENTRIES = (
             f"perlan/flight{number}-{place}.igc.gz",
             _PERLAN.format(number, place),
             _SONDE,
-            "",
+            "calibrate {}",
             _sonde,
         )
         for number in (50, 52)
         for place in ("front", "rear")
+    ),
+    *(
+        Entry(
+            f"A T-38 past the tower, {day}",
+            f"t38/{name}.xlsx",
+            _TPS,
+            _FAIRED,
+            "fixed-speed card.csv",
+            _faired_curve,
+        )
+        for day, name in (
+            ("7 March 2025", "TFB_20250307_378_DAS"),
+            ("17 March 2025", "TFB_20250317_COBRA36_HAND"),
+        )
+    ),
+    Entry(
+        "NASA's Twin Otter",
+        "sidpac/totter_lon_020213f1_018.mat",
+        "an elevator maneuver of 8 s, 50 Hz, of NASA's DHC-6 (SIDPAC, in josemiguelbento/UAV-OAT-controlo)",
+        "the lift slope (−C_Z by angle of attack) that Morelli found of the same maneuver, by equation error and by output error; halfway, and half their difference",
+        "reconcile {} --aircraft DHC6 --terms",
+        _lift_slope,
     ),
 )
 
@@ -175,17 +301,15 @@ def _section(entry: Entry, data: Path, draw: bool) -> Iterator[str]:
     if not path.is_file():
         yield f"Left out: {entry.path} is not in the folder of logs."
         return
-    mapping = entry.flags.removeprefix(" --mapping ") or None
     yield f"Log: {entry.source}. Truth: {entry.truth}."
     yield ""
-    yield f"`pitotbench calibrate {path.name}{entry.flags}`"
+    yield f"`pitotbench {entry.command.format(path.name)}`"
     yield ""
     try:
-        found = calibrate(path, mapping=mapping)
+        held = entry.hold(path)
     except (BadInputError, NoAnswerError) as error:
         yield f"**No answer**: {error}."
         return
-    held = entry.hold(path, found)
     yield _verdict(held)
     if draw:
         name = f"real-{path.name.partition('.')[0].lower()}.png"
@@ -197,7 +321,7 @@ def _section(entry: Entry, data: Path, draw: bool) -> Iterator[str]:
 def _verdict(held: Held) -> str:
     inside, count = int(held.inside.sum()), len(held.at)
     if inside == count:
-        return f"**Inside** at all {count} places."
+        return f"**Inside** at all {count} places." if count > 1 else "**Inside.**"
     worst = int(np.argmax(np.abs(held.found - held.truth) / np.hypot(held.two_sigma, held.doubt)))
     digits = 1 if np.max(np.abs(held.truth)) > 1.0 else 3
     number = f"{held.found[worst]:+.{digits}f} ± {held.two_sigma[worst]:.{digits}f}"
@@ -210,10 +334,26 @@ def _verdict(held: Held) -> str:
 
 
 def _draw(held: Held, path: Path) -> None:
-    known: Mark = band(held.at, held.truth - held.doubt, held.truth + held.doubt, color=GREY)
+    label = "truth, and how far it may be off"
+    known: list[Mark] = [
+        band(held.at, held.truth - held.doubt, held.truth + held.doubt, color=GREY),
+        line(held.at, held.truth, color=GREY, label=label),
+    ]
+    if len(held.at) == 1:
+        known = [
+            bars(
+                held.at,
+                held.truth,
+                held.doubt,
+                color=GREY,
+                label=label,
+                marker="s",
+                lw=6.0,
+                ls="none",
+            )
+        ]
     marks = drawing(
-        known,
-        line(held.at, held.truth, color=GREY, label="truth, and how far it may be off"),
+        *known,
         bars(
             held.at,
             held.found,
@@ -228,5 +368,7 @@ def _draw(held: Held, path: Path) -> None:
     )
     with canvas(1, 1, *_SIZE) as (figure, (axes,)):
         marks(axes)
-        axes.legend(loc="best")
+        if len(held.at) == 1:
+            axes.set_xticks([])
+        figure.legend(loc="outside upper left", ncols=2)
         figure.savefig(path, dpi=130, metadata={"Software": None})

@@ -25,6 +25,7 @@ from tornado.httpclient import AsyncHTTPClient, HTTPResponse
 from tornado.websocket import websocket_connect
 
 from pitotbench.browser import server as page_server
+from pitotbench.browser import words
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.page import picture_data
 from pitotbench.browser.server import PageServer, act
@@ -467,9 +468,11 @@ def test_the_course_over_dates_is_told_and_drawn() -> None:
 def test_a_refusal_speaks_of_fields_not_of_flags() -> None:
     said = "state the day's: --temperature-c 18±2@ground, or take a part (--from, --to); --odd"
     assert in_fields(said) == (
-        "state the day's: the field “temperature of the day” 18±2@ground, or take a part (the field "
-        "“from”, the field “to”); --odd"
+        "state the day's: “temperature of the day” = 18±2@ground, or take a part (“from”, “to”); --odd"
     )
+    inside = {"kind": "doubt", "text": said, "nodes": []}
+    (part,) = words._said([{"kind": "heading", "text": "Doubts", "nodes": [inside]}])
+    assert part["nodes"][0] == inside | {"text": in_fields(said)}
     missing = "missing column. A log with other names needs a mapping file: `pitotbench map` drafts"
     assert in_fields(missing).endswith("with other names is read by the draft below: correct it")
 

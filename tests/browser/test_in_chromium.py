@@ -119,6 +119,8 @@ def test_a_dropped_log_has_the_answer_of_the_command(
     sentence = texts(state["answer"]["tree"], "sentence")[0]
     assert f"{first['correction_kt']:+.2f}".replace("-", "−") in sentence
     assert state["command"] == "pitotbench calibrate 'flight one.csv'"
+    ends = [f"{answer['curve'][end]['indicated_airspeed_kt']:.0f}" for end in (0, -1)]
+    assert state["flights"]["rows"][0][-2:] == ends
     assert dropped.run("document.querySelector('[aria-live] p').textContent") == sentence
     # Every sentence and doubt of the tree is on the page.
     shown = dropped.run("document.getElementById('answer').textContent")
@@ -203,7 +205,7 @@ def test_a_brush_over_all_minutes_is_the_whole_log(dropped: Browser) -> None:
 def test_a_wrong_value_is_refused_in_the_words_of_the_command_by_its_field(
     dropped: Browser,
 ) -> None:
-    for text, words in (("soon", "the field “from” 'soon': give minutes and seconds"), ("", "")):
+    for text, words in (("soon", "“from” = 'soon': give minutes and seconds"), ("", "")):
         dropped.run(
             f"(() => {{ const form = document.getElementById('flags'); "
             f"form.elements.begin.value = {text!r}; form.requestSubmit(); }})()"

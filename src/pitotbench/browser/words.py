@@ -3,12 +3,14 @@ of the desk. The page puts them in as text, never as HTML.
 """
 
 import re
+from dataclasses import replace
 
 from pitotbench.browser.desk import Desk
 from pitotbench.browser.work import SETTINGS, Plain, Request
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.autopilot import AUTOPILOTS
 from pitotbench.pressure_error import MODELS
+from pitotbench.records.log import FlightSummary
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.inspection import SUMMARY_COLUMNS
 from pitotbench.show.over_dates import over_dates_tree
@@ -40,7 +42,7 @@ def state_of(desk: Desk) -> Plain:
     return {
         "status": desk.status,
         "refusal": in_fields(desk.refusal),
-        "flights": plain_table(SUMMARY_COLUMNS, [each.flight for each in desk.found]),
+        "flights": plain_table(SUMMARY_COLUMNS, _flights(desk)),
         "refused": [str(each.flight) if each.flight.refusal else "" for each in desk.found],
         "books": [each.handbook for each in desk.found],
         "compared": [each.log == desk.handbook for each in desk.found],
@@ -65,12 +67,12 @@ def state_of(desk: Desk) -> Plain:
 
 
 def in_fields(text: str) -> str:
-    """A refusal of a command as the page says it: by the names of its fields, not by flags."""
+    """A text of a command as the page says it: by the names of its fields, not by flags."""
 
     def field(found: re.Match[str]) -> str:
         name = _FLAGS.get(found[1])
         label = _LABELS.get(name, name.replace("_", " ")) if name else ""
-        return f"the field “{label}”{found[2] or ''}" if name else found[0]
+        return f"“{label}”{(found[2] or '').replace(' ', ' = ', 1)}" if name else found[0]
 
     return _FLAG.sub(field, _DRAFTED.sub("is read by the draft below: correct it", text))
 
@@ -97,9 +99,27 @@ def _answer(desk: Desk) -> Plain | None:
     tree = calibration_tree("", {result.model: result}, lines=answer.flights, settings=settings)
     return {
         "usable": result.usable,
-        "tree": plain_of(tree.nodes, desk.units, SOURCES),
+        "tree": _said(plain_of(tree.nodes, desk.units, SOURCES)),
         "take": [kind for kind in _KINDS if answer.final and known.get(kind, True)],
     }
+
+
+def _said(told: list[Plain]) -> list[Plain]:
+    """The nodes of an answer in the words of the page."""
+    return [
+        node | {"text": in_fields(node["text"]), "nodes": _said(node["nodes"])} for node in told
+    ]
+
+
+def _flights(desk: Desk) -> list[FlightSummary]:
+    """The flights of the list: of one that is answered, the airspeeds of the answer."""
+    if desk.answer is None:
+        return [each.flight for each in desk.found]
+    low, *_, high = desk.answer.result.curve.indicated_airspeed.tolist()
+    return [
+        replace(each.flight, airspeeds=(low, high)) if i in desk.chosen else each.flight
+        for i, each in enumerate(desk.found)
+    ]
 
 
 def _course(desk: Desk) -> Plain | None:

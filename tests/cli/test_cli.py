@@ -123,6 +123,14 @@ def test_fixed_speed_wants_a_log_with_legs_or_typed_legs(log, capsys):
     answer = json.loads(capsys.readouterr().out)
     assert answer["true_airspeed_kt"] == pytest.approx(183.7267, abs=5e-5)
     assert answer["spread_kt"] == pytest.approx(0.8271, abs=5e-5)
+    typed = ["--ground-speed-kt", "178,185,188,184", "--track-deg", "178,82,355,265"]
+    assert main(["fixed-speed", *typed]) == 0
+    told, wind = capsys.readouterr().out.splitlines()
+    assert told == (
+        "The true airspeed is 183.7 kt; its answers of three legs each spread by 0.8 kt."
+    )
+    by_json = (answer["wind_speed_kt"], answer["wind_from_deg"])
+    assert wind == "The wind is {:.1f} kt from {:03.0f}°.".format(*by_json)
 
 
 def test_fly_gives_a_small_airplane_the_usual_curve_at_its_own_speeds(tmp_path, capsys):

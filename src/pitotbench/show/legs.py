@@ -33,10 +33,15 @@ def legs_json(found: FixedSpeedResult) -> dict[str, Any]:
 
 def legs_tree(answer: dict[str, Any]) -> list[Node]:
     """The plain data of legs that were typed by hand, in words."""
-    spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
+    spread = answer["spread_kt"]
+    of_four = (
+        "" if spread is None else f"; its answers of three legs each spread by {spread:.1f} kt"
+    )
     return [
-        Sentence(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}"),
-        Sentence(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°"),
+        Sentence(f"The true airspeed is {answer['true_airspeed_kt']:.1f} kt{of_four}."),
+        Sentence(
+            f"The wind is {answer['wind_speed_kt']:.1f} kt from {answer['wind_from_deg']:03.0f}°."
+        ),
     ]
 
 

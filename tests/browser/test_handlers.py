@@ -470,6 +470,10 @@ def test_a_refusal_speaks_of_fields_not_of_flags() -> None:
     assert in_fields(said) == (
         "state the day's: “temperature of the day” = 18±2@ground, or take a part (“from”, “to”); --odd"
     )
+    assert (
+        in_fields("(old 1; --params gives the offset)") == "(old 1; “parameters” gives the offset)"
+    )
+    assert in_fields("add --accuracy temperature_k=1") == "add “accuracies” = temperature_k=1"
     inside = {"kind": "doubt", "text": said, "nodes": []}
     (part,) = words._said([{"kind": "heading", "text": "Doubts", "nodes": [inside]}])
     assert part["nodes"][0] == inside | {"text": in_fields(said)}

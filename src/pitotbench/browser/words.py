@@ -31,7 +31,8 @@ _KINDS = (
 )  # to take away
 _FLAGS = {each.metadata["flag"]: name for name, each in SETTINGS.items()}
 _LABELS = {"begin": "from", "end": "to", "temperature_c": "temperature of the day"}  # of fields
-_FLAG = re.compile(r"(--[a-z][a-z-]*)( [^\s,;.)`]*[^\s,;.)`:])?")
+# A flag with its value: a number, a quoted text or `name=value`, for a word goes on with the sentence.
+_FLAG = re.compile(r"(--[a-z][a-z-]*)( (?=[-+−]?\d|'|\w+=)[^\s,;.)`]*[^\s,;.)`:])?")
 _DRAFTED = re.compile(r"needs a mapping file: `pitotbench map.*", re.DOTALL)
 
 

@@ -39,6 +39,7 @@ COMMANDS = {
     "drills": "pitotlab.drills.costs:command",
     "door": "pitotlab.door:command",
     "broken": "pitotlab.broken.measure:command",
+    "broken scales": "pitotlab.broken.scales:command",
 }
 
 

@@ -19,9 +19,9 @@ from pitotbench.records.log import UNITS_BY, Caution
 from pitotbench.show.calibration import doubts_of
 from pitotbench.show.calibration_json import calibration_json
 from pitotbench.show.record import checks_of
-from pitotbench.units import FOOT, KNOT
-from pitotlab.broken.breaks import BASE, LIGHT, as_shown
-from pitotlab.broken.measure import SCALED, answer_of, scaled_flight
+from pitotbench.units import KNOT
+from pitotlab.broken.breaks import BASE
+from pitotlab.broken.scales import answer
 from pitotlab.outside.generator import generate, write_csv
 
 SEED = 4100  # of development
@@ -34,15 +34,7 @@ MPH = 0.44704  # m/s
 def test_a_factor_that_a_unit_makes_as_well_is_to_be_used(container, factor, tmp_path):
     pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
     pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
-    cell = replace(LIGHT, height=6000.0 * FOOT, temperature="air")
-    columns, true = scaled_flight(cell, SEED, factor)
-    if container == ".csv":  # a table holds the airspeed itself, and the temperature
-        flight = generate(cell, cell.maneuvers[SEED % len(cell.maneuvers)], SEED)
-        columns = as_shown(columns) | {
-            "air_temperature_k": flight.columns["air_temperature_k"][::2]
-        }
-    SCALED[container](columns, path := tmp_path / f"log{container}")
-    found, says = answer_of(path)
+    found, true, says = answer(container, 6000.0, factor, SEED, tmp_path, temperature=True)
     assert found.usable
     assert abs(found.scale.factor - true) <= found.scale.two_sigma
     assert "multiply the airspeed by" in says

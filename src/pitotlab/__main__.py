@@ -14,6 +14,7 @@ COMMANDS = {
     "house": "pitotlab.house:command",
     "tables": "pitotlab.tables:command",
     "study": "pitotlab.study.conduct:command",
+    "study questions": "pitotlab.study.conduct:questions_command",
     "study methods": "pitotlab.study.methods:command",
     "stale": "pitotlab.stale:command",
     "coverage": "pitotlab.coverage:command",

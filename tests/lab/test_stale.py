@@ -7,7 +7,7 @@ import pytest
 from pitotlab import stale as module
 from pitotlab.__main__ import main
 from pitotlab.made import Made, read_made
-from pitotlab.stale import KEPT, Digits, digits_of, moved, read_digits, stale
+from pitotlab.stale import APART, KEPT, Digits, Kept, digits_of, moved, read_digits, stale
 
 KNOWN = Digits("study", "smooth rapid_decel 7700001", 1.0, 0.5)
 NOWHERE = Digits("study", "refused", float("nan"), float("nan"))
@@ -26,11 +26,14 @@ def vars_of(made):
 
 
 def test_ten_flights_of_a_table_are_kept():
-    digits = read_digits()
-    assert digits.keys() <= KEPT.keys() & {each.table for each in read_made()}
-    for table, kept in digits.items():
-        assert [each.flight for each in kept] == [*KEPT[table][0]]
-        assert len(kept) == 10
+    """Of each table but those that no digits can tell of; a check of a minute flies some of them."""
+    made = {each.table for each in read_made()}
+    assert made == KEPT.keys() | {*APART}
+    for table, kept in read_digits().items():
+        assert [each.flight for each in kept] == [*KEPT[table].flights]
+    for table, each in KEPT.items():
+        assert len(set(each.flights)) == 10, table
+        assert 1 <= each.quick <= 10
 
 
 def test_a_flight_moves_by_more_than_a_hundredth_of_its_bound():
@@ -42,7 +45,7 @@ def test_a_flight_moves_by_more_than_a_hundredth_of_its_bound():
     assert len(moved([KNOWN, NOWHERE], [NOWHERE, KNOWN])) == 2
 
 
-@pytest.mark.parametrize("table", [name for name in ("study",) if name in read_digits()])
+@pytest.mark.parametrize("table", [n for n in ("study", "reference") if n in read_digits()])
 def test_the_build_gives_the_digits_of_its_tables(table):
     (kept, *_) = read_digits()[table]
     assert moved([kept], digits_of(table, [kept.flight])) == []
@@ -53,8 +56,9 @@ def test_a_stale_table_is_listed_and_ends_with_one(monkeypatch, capsys):
     value = [1.0]
     monkeypatch.setattr(module, "read_made", lambda: [made])
     monkeypatch.setattr(module, "read_digits", lambda: {"study": [KNOWN]})
-    monkeypatch.setitem(KEPT, "study", ((KNOWN.flight,), lambda flight: (value[0], 0.5)))
-    assert stale() == []
+    kept = Kept((KNOWN.flight,), lambda flight: (value[0], 0.5))
+    monkeypatch.setitem(KEPT, "study", kept)
+    assert stale() == ([], [])
     assert main(["stale"]) == 0
     value[0] = 1.1
     assert main(["stale"]) == 1
@@ -62,7 +66,12 @@ def test_a_stale_table_is_listed_and_ends_with_one(monkeypatch, capsys):
     assert "study (2026-11-29, 0000000, ? commits to the calibration): 1 of 1 flights moved" in said
     assert "20% of 2σ" in said
     monkeypatch.setattr(module, "read_digits", lambda: {})
-    assert "keeps no digits" in stale()[0]
+    assert "keeps no digits" in stale()[0][0]
+    monkeypatch.setattr(module, "read_made", lambda: [replace(made, table="speed")])
+    assert main(["stale"]) == 0
+    assert "speed (2026-11-29, 0000000, ? commits to the calibration): not judged by digits" in (
+        capsys.readouterr().out
+    )
 
 
 @pytest.mark.skipif(not module._git("rev-parse", "HEAD"), reason="no checkout")

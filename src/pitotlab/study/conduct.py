@@ -13,7 +13,7 @@ from pitotbench.campaigns.fleet import Failure, run_tasks
 from pitotbench.logbook.columns import atomic, write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.outputs import require_folder
-from pitotbench.show.columns import outside
+from pitotbench.show.columns import frame_rows, outside
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotlab.study.claims import CLAIMS
 from pitotlab.study.content import study_page_of
@@ -22,6 +22,7 @@ from pitotlab.study.questions import Finding
 from pitotlab.study.reductions import SETTINGS, Sortie, claim_sorties
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES, StudyTables
+from pitotlab.tables import frame_columns, markdown_table
 
 EXPLAINED = 5  # one of this many seeds also flies the rare settings and the sweeps
 ANSWERS = "claims.csv"
@@ -202,6 +203,20 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     print_result(result)
     if result.lost:
         raise NoAnswerError(f"{result.lost} flights could not be flown; the page leaves them out")
+
+
+def questions_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
+    """Print the answers to what the paper left open, from the tables of `study --settings light`."""
+    parser.add_argument("tables", type=Path, nargs="+", metavar="OUT", help="of earlier studies")
+    evidence = _read(parser.parse_args(words).tables)
+    print(
+        f"{len(evidence.seeds)} seeds, {len(evidence.flights)} flights, {len(evidence.fits):,} fits"
+    )
+    for name, sweep in SWEEPS.items():
+        reply = sweep.answer(evidence)
+        print(f"\n{name}: {sweep.question}\n{reply.words}")
+        for table in reply.tables:
+            print(markdown_table(frame_columns(table), frame_rows(table)))
 
 
 def print_result(result: StudyResult) -> None:

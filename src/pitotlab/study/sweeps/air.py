@@ -138,15 +138,17 @@ def variable_wind(evidence: StudyTables) -> Reply:
     least, most = (pick(limit, key=lambda m: limit[m]) for pick in (min, max))
     first = min(shear, key=lambda m: shear[m])
     wander = mean(evidence.flight("altitude_ft", first, "light"))
-    constant, drifting = (
-        100.0 * np.mean([mean(_inside(evidence, trouble, m)) for m in PAPER_ORDER])
+    inside = [
+        pd.concat([_inside(evidence, trouble, m) for m in PAPER_ORDER])
         for trouble in (CHANGING, FOLLOWED)
-    )
+    ]
+    constant, drifting = (100.0 * mean(each) for each in inside)
     return Reply(
         f"The error of the curve doubles at {_said(limit[least], CHANGING)} kt/min of steady "
         f"change for {NAMES[least]} and at {_said(limit[most], CHANGING)} kt/min for "
         f"{NAMES[most]}; at {_NAMED:g} kt/min a constant wind in the model leaves {constant:.0f} % "
-        f"of the curve inside its 2σ over the five maneuvers, a drifting one {drifting:.0f} %. Of "
+        f"of the curve inside its 2σ over the five maneuvers ({int(inside[0].isna().sum())} of "
+        f"{len(inside[0])} flights refused), a drifting one {drifting:.0f} %. Of "
         f"shear, at an altitude that wanders by {wander:.0f} ft rms, the first to double is "
         f"{NAMES[first]}, at {_said(shear[first], SHEARED)} kt/100 ft.",
         tuple(_wind_chart(evidence, trouble) for trouble in (CHANGING, FOLLOWED, SHEARED)),

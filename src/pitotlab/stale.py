@@ -27,6 +27,7 @@ from pitotbench.logbook.reading import read_log
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.log import FlightLog
+from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.simulation.sortie import fly, scaled_case
 from pitotbench.units import KNOT
 from pitotlab import experiment as lab
@@ -180,6 +181,15 @@ KEPT: Mapping[str, Kept] = {
         [f"{cell} {seed}" for seed, cell in enumerate(list(CELLS)[:10], start=6_700_000)],
         of_outside,
         5,
+    ),
+    "open questions": Kept(
+        [
+            f"light {maneuver} {seed}"
+            for seed in (7_700_001, 7_700_002)
+            for maneuver in PAPER_MANEUVERS
+        ],
+        of_study,
+        2,
     ),
     "study": Kept([*_STUDY, "smooth race_track 7700001"], of_study),
     "reference": Kept([each.name for each in published_figures()][:10], of_reference),

@@ -5,6 +5,7 @@ unknown level.
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -101,15 +102,21 @@ TURBULENCE = ("none", "light", "moderate")
 
 def score_trial(trial: lab.Trial, scorings: tuple[str, ...]) -> list[lab.Row]:
     """Fly a trial once; return a row for each scoring and data system."""
-    case = lab.random_case(trial)
-    flight = fly(case)
-    return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
+    flight = fly(lab.random_case(trial))
+    log_of = cache(partial(_sensed, flight, trial.seed))  # scorings in one air share their logs
+    return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name], log_of)]
 
 
-def _rows(trial: lab.Trial, flight: Flight, scoring: Scoring) -> Iterator[lab.Row]:
+def _sensed(flight: Flight, seed: int, in_wind: InWind, system: str) -> FlightLog:
+    return sense(in_wind(flight, seed)[0], system)
+
+
+def _rows(
+    trial: lab.Trial, flight: Flight, scoring: Scoring, log_of: Callable[[InWind, str], FlightLog]
+) -> Iterator[lab.Row]:
     flown, wind = scoring.in_wind(flight, trial.seed)
     for system in scoring.systems:
-        log = scoring.with_errors(sense(flown, system), trial.seed)
+        log = scoring.with_errors(log_of(scoring.in_wind, system), trial.seed)
         base = trial.cell | {"scoring": scoring.name, "das": system}
         as_published = CalibrationOptions(method="paper")
         try:

@@ -148,16 +148,15 @@ def _priors(structure: Structure, theta: Array) -> tuple[Array, Array]:
     """The precision of the prior, (p + m,), and its mean (p + m,), of a correction to θ (p,): the
     model's of its parameters, that of a wind which is stated, the accuracies' of the nuisances.
     """
-    model = structure.model
+    model, winds = structure.model, np.zeros(structure.model.count - structure.model.error_count)
     known = np.array([1.0 / n.deviation**2 for n in structure.nuisances])
-    precision = np.concatenate([model.precisions, known])
-    mean = np.zeros(len(precision))
+    mean = np.zeros(model.count + len(known))
     mean[: model.error_count] = -theta[: model.error_count]
     if (wind := structure.wind) is not None:
+        winds[:2] = 1.0 / wind.deviation**2
         at = slice(model.error_count, model.error_count + 2)
-        precision[at] = 1.0 / wind.deviation**2
         mean[at] = np.array([wind.north, wind.east]) - theta[at]
-    return precision, mean
+    return np.concatenate([model.error.precisions, winds, known]), mean
 
 
 def _with_altitude(

@@ -113,7 +113,9 @@ def _is_common(each: Reduction, name: str) -> bool:
 def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
     """Prior precision of every common unknown: the parameters of the curve, and the nuisances."""
     law = single[0].model.error
-    curve = dict(zip(law.parameter_names, map(float, law.precisions), strict=True))
+    # Output error knows no prior.
+    laws = np.zeros(len(law.parameter_names)) if single[0].fit is None else law.precisions
+    curve = dict(zip(law.parameter_names, map(float, laws), strict=True))
     return curve | {
         n.name: 1.0 / n.deviation**2
         for each in single

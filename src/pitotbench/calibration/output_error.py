@@ -47,22 +47,18 @@ class OutputErrorFit:
     reason: str
 
 
-def fit_output_error(
-    outputs: Outputs, start: Array, precision: Array | float = 0.0
-) -> OutputErrorFit:
+def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
     """Minimize the negative log-likelihood over θ and the residual covariance.
 
     `outputs(θ)` returns residuals (m, n), measured minus predicted, and the Jacobian (m, n, p) of
-    the *prediction*; `start` is θ (p,). `precision` (p,) is that of a Gaussian prior of θ around
-    zero; 0 means none. Raises NoAnswerError where the start is outside the model's
+    the *prediction*; `start` is θ (p,). Raises NoAnswerError where the start is outside the model's
     domain, the steps do not converge or the information matrix is singular.
     """
-    theta, prior = start, np.broadcast_to(precision, start.shape)
+    theta = start
     residuals, jacobian = _at_start(outputs, start)
     noise = _residual_covariance(residuals)
     for iteration in range(1, _ITERATIONS + 1):
         information, gradient = _normal_equations(residuals, jacobian, noise)
-        information, gradient = information + np.diag(prior), gradient - prior * theta
         scale = np.sqrt(np.diag(information))
         condition = _condition_number(information, scale)
         if not np.isfinite(condition) or condition > 1e13:
@@ -72,12 +68,10 @@ def fit_output_error(
             )
         normal, slope = information / np.outer(scale, scale), gradient / scale
         descent = max(float(slope @ np.linalg.solve(normal, slope)), 0.0)
-        theta, residuals, jacobian = _step(
-            outputs, theta, normal, slope, scale, noise, residuals, prior
-        )
+        theta, residuals, jacobian = _step(outputs, theta, normal, slope, scale, noise, residuals)
         noise = _residual_covariance(residuals)
         if np.sqrt(descent) < _DECREMENT:
-            information = _normal_equations(residuals, jacobian, noise)[0] + np.diag(prior)
+            information, _ = _normal_equations(residuals, jacobian, noise)
             covariance = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(
                 scale, scale
             )
@@ -121,7 +115,6 @@ def _step(
     scale: Array,
     noise: Array,
     residuals: Array,
-    prior: Array,
 ) -> tuple[Array, Array, Array]:
     """Take the Gauss-Newton step, or a damped one (Marquardt 1963).
 
@@ -132,7 +125,7 @@ def _step(
     for damping in _DAMPINGS:
         step = np.linalg.solve(normal + damping * np.eye(len(slope)), slope) / scale
         descent = max(float(slope @ (step * scale)), 0.0)
-        found, leads_down = _line_search(outputs, theta, step, descent, noise, residuals, prior)
+        found, leads_down = _line_search(outputs, theta, step, descent, noise, residuals)
         taken = found if taken is None else taken
         if leads_down or (found is not None and np.sqrt(descent) < _DECREMENT):
             assert found is not None
@@ -146,13 +139,7 @@ def _step(
 
 
 def _line_search(
-    outputs: Outputs,
-    theta: Array,
-    step: Array,
-    descent: float,
-    noise: Array,
-    residuals: Array,
-    prior: Array,
+    outputs: Outputs, theta: Array, step: Array, descent: float, noise: Array, residuals: Array
 ) -> tuple[tuple[Array, Array, Array] | None, bool]:
     """Halve the step until the weighted squares fall enough (Armijo condition), and say whether
     they do.
@@ -162,14 +149,14 @@ def _line_search(
     None where even the shortest step leaves the model's domain.
     """
     weight = np.asarray(np.linalg.inv(noise))
-    before = _weighted_squares(residuals, weight) + float(prior @ theta**2)
+    before = _weighted_squares(residuals, weight)
     for halving in range(_HALVINGS):
         share = 0.5**halving
         with np.errstate(
             invalid="ignore"
         ):  # a step too far may leave the model's domain: it is halved
             new, jacobian = outputs(theta + share * step)
-            after = _weighted_squares(new, weight) + float(prior @ (theta + share * step) ** 2)
+            after = _weighted_squares(new, weight)
         if np.isfinite(after) and after <= before * (1.0 + 1e-9) - 2.0 * _ARMIJO * share * descent:
             return (theta + share * step, new, jacobian), True
     return (theta + share * step, new, jacobian) if np.isfinite(after) else None, False
@@ -213,8 +200,8 @@ def fit_scalar(
     start = np.zeros(model.count) if start is None else start
     if len(held) > _COARSE_ROWS * 4:
         coarse = held.every(len(held) // _COARSE_ROWS)
-        start = fit_output_error(airspeed_outputs(model, coarse), start, model.precisions).theta
-    return fit_output_error(airspeed_outputs(model, held), start, model.precisions)
+        start = fit_output_error(airspeed_outputs(model, coarse), start).theta
+    return fit_output_error(airspeed_outputs(model, held), start)
 
 
 def airspeed_outputs(model: PredictionModel, obs: Observations) -> Outputs:

@@ -85,11 +85,6 @@ class PredictionModel:
         """The number of parameters in all: those of the curve and the components of the wind."""
         return self.error_count + (3 if self.wind_down else 2)
 
-    @property
-    def precisions(self) -> Array:
-        """The priors of the parameters as precisions, (p,): those of the curve, flat for the wind."""
-        return np.pad(self.error.precisions, (0, self.count - self.error_count))
-
     def predict(self, theta: Array, obs: Observations) -> Prediction:
         """Predict every row for θ (p,)."""
         work = _Work(self, theta, obs)

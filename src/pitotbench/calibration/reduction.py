@@ -158,7 +158,7 @@ def reduce_log(
     model, usable = model_of(used, scale or scale_of([obs])), obs.usable
     _require_observable(model, obs, log)
     near = _along_path(model, used, obs)
-    obs, white, left_out = _screened(model, obs, used.robust, near)
+    obs, white, left_out = _white(model, obs, used.robust, near)
     found = Diagnostics(white.iterations, tuple(int(row) for row in left_out[:_MOST_LISTED]))
     # Without evidence from the log the place of the error is that of the published method unless
     # stated.
@@ -249,6 +249,46 @@ def reference_of(observed: Sequence[Observations]) -> float:
     if middle < _FULL_SCALE_RATIO * REFERENCE_PRESSURE:
         return REFERENCE_PRESSURE
     return float(round(middle, -3))
+
+
+_LAWS = ("inverse+", "linear", "bias")  # tried in turn for the white fit, the richest first
+
+
+def _white(
+    model: PredictionModel, obs: Observations, robust: bool, near: FirstPass | None
+) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
+    """The good rows, the white fit to them, and the numbers of the rows left out, (k,).
+
+    Output error knows no prior: for a model with one, the richest law that the log determines is
+    fitted, in the parameters of the model. Raises the NoAnswerError of the simplest law
+    where it determines none.
+    """
+    if not np.any(model.error.precisions):
+        return _screened(model, obs, robust, near)
+    reasons: list[NoAnswerError] = []
+    for name in _LAWS:
+        law = replace(model, error=MODELS[name])
+        try:
+            require_observable(law, obs)
+            good, fit, left_out = _screened(law, obs, robust, near)
+        except NoAnswerError as error:
+            reasons.append(error)
+            continue
+        return good, _in_parameters_of(model, law, fit), left_out
+    raise reasons[-1]
+
+
+def _in_parameters_of(
+    model: PredictionModel, law: PredictionModel, fit: OutputErrorFit
+) -> OutputErrorFit:
+    """A white fit of a law in the parameters of a smooth model."""
+    assert isinstance(model.error, SmoothModel)
+    x = np.geomspace(model.error.low, model.error.high)
+    turn = np.zeros((model.count, law.count))
+    of_law = np.linalg.lstsq(model.error.basis(x), law.error.basis(x))[0]
+    turn[: model.error_count, : law.error_count] = of_law
+    turn[model.error_count :, law.error_count :] = np.eye(law.count - law.error_count)
+    return replace(fit, theta=turn @ fit.theta, covariance=turn @ fit.covariance @ turn.T)
 
 
 def _screened(

@@ -93,7 +93,7 @@ def _median_fit(model: PredictionModel, obs: Observations, good: Booleans) -> Ar
     for _ in range(2):
         middle = kept.at(_middle_rows(_residual(model, kept, theta), divide(kept, SECOND).index))
         try:
-            theta = fit_output_error(airspeed_outputs(model, middle), theta, model.precisions).theta
+            theta = fit_output_error(airspeed_outputs(model, middle), theta).theta
         except NoAnswerError:
             return theta
     return theta

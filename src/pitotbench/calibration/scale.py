@@ -7,7 +7,6 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.broken import BROKEN
-from pitotbench.calibration.fit_checks import judge_curve
 from pitotbench.logbook.autopilot import autopilot_of
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.pressure_error.autopilot_settings import autopilot_settings
@@ -85,10 +84,8 @@ def with_scale(result: Calibration, log: FlightLog) -> Calibration:
     result = replace(result, scale=replace(scale, units=meant))
     # A true airspeed is not among them: with its factor the airspeed is right at this height.
     mistaken = own < LIMITS.told and any(cause.of and cause in CAUSES for cause, _ in told)
-    # One cause, one story: the factor explains the size of the curve as well, where what is left is
-    # that of an airplane.
-    explained = mistaken or _is_of_airplane(result, scale)
-    told_by = (SPEED_FACTOR, *(["curve size"] if explained else []))
+    # One cause, one story: a unit explains the size of the curve as well.
+    told_by = (SPEED_FACTOR, *(["curve size"] if mistaken else []))
     others = tuple(each for each in result.warnings if each.code not in told_by)
     sensors = [cause.words for cause, _ in told if not cause.of]
     if mistaken:
@@ -124,14 +121,6 @@ def _of_curve(result: Calibration) -> Scale:
     weight = np.linalg.solve(unsure @ correlation @ unsure.T + own, np.ones(len(flown)))
     ratio = share @ (curve.indicated_airspeed + curve.correction)
     return Scale(float(weight @ ratio / np.sum(weight)), float(2.0 / np.sqrt(np.sum(weight))))
-
-
-def _is_of_airplane(result: Calibration, scale: Scale) -> bool:
-    """Whether an airplane may have the pressure error that is left without the factor."""
-    curve, squared = result.curve, scale.factor**2
-    left = 1.0 - squared * (1.0 - curve.normalized_pressure_error)
-    bound = squared * curve.normalized_two_sigma
-    return judge_curve(curve.indicated_airspeed, left, bound).kind == "plausible"
 
 
 def _odds(

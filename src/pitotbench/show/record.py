@@ -29,7 +29,7 @@ _FAILED_BY = {
     "wind": "constant wind",
     "confounded": _GEOMETRY,
     "one heading": _GEOMETRY,
-    **dict.fromkeys(("curve size", "scale"), "curve of a possible size"),
+    "curve size": "curve of a possible size",
     "outside prior": "sensors within their accuracies",
     "faulty rows": "no faulty rows",
     **dict.fromkeys(

@@ -342,7 +342,7 @@ def test_one_draw_serves_flights_of_any_rate(smooth_flights):
     np.testing.assert_allclose(again, gusts[::2], atol=1e-12)
 
 
-FEW = ["plan", "--maneuver", "figure_eight,step_decrease", "--draws", "2", "--search", "0"]
+FEW = ["plan", "--maneuver", "figure_eight,step_both_ways", "--draws", "2", "--search", "0"]
 
 
 @pytest.fixture(scope="module")
@@ -371,7 +371,7 @@ def test_the_document_has_units_and_the_ranking(capsys):
     assert main([*FEW, "--json", "--want-kt", "0.1"]) == DONE
     document = json.loads(capsys.readouterr().out)
     assert document["best"] == "figure_eight"
-    assert document["best_without_steep_turns"] == "step_decrease"
+    assert document["best_without_steep_turns"] == "step_both_ways"
     first, second = document["forecasts"]
     assert first["minutes_for_want"] == first["flights_for_want"] * first["minutes"]
     assert first["minutes_for_want"] < second["minutes_for_want"]

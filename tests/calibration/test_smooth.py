@@ -1,4 +1,6 @@
-"""The smooth curve: it covers curves that no law draws, and costs little where a law holds."""
+"""The smooth curve: it covers curves that no law draws, costs little where a law holds, and says
+which size of departure the log supports.
+"""
 
 import json
 from dataclasses import replace
@@ -42,10 +44,11 @@ def calm():
     )
 
 
-def test_auto_is_the_smooth_curve(calm):
+def test_auto_is_the_smooth_curve_and_says_which_departures_the_log_supports(calm):
     smooth, auto = (calibrate(calm, CalibrationOptions(model=name)) for name in ("smooth", "auto"))
     assert auto.model == smooth.model == "smooth"
     np.testing.assert_array_equal(auto.curve.correction, smooth.curve.correction)
+    assert sum(smooth.diagnostics.departures.values()) == pytest.approx(1.0, abs=1e-6)
     assert inside(smooth, fixture.TRUTH).all()
 
 
@@ -103,6 +106,8 @@ def test_command_line(calm, tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     assert found["model"] == "smooth"
     assert len(found["parameters"]) == len(MODELS["smooth"].parameter_names)
+    assert main(["calibrate", str(path), "--model", "smooth", "-v"]) == 0
+    assert "departure of the curve from level, slope" in capsys.readouterr().out
 
 
 STRUCTURE = Structure(PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE), (), drifting=False)

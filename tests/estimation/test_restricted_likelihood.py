@@ -4,6 +4,7 @@ identities.
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
 from scipy.stats import norm
 
 from pitotbench.estimation.mixture import TWO_SIGMA_SHARE, half_width
@@ -13,6 +14,7 @@ from pitotbench.estimation.restricted_likelihood import (
     composite_design,
     noise_posterior,
     restricted_log_likelihood,
+    solutions,
     solve,
 )
 from pitotbench.records import NoAnswerError
@@ -128,24 +130,33 @@ def test_half_width_of_a_mixture_holds_its_share():
     )
 
 
-def test_noises_are_weighed_under_a_prior_as_dense_algebra_weighs_them():
+def test_rival_priors_are_weighed_as_dense_algebra_weighs_them():
     """y ~ N(Xm, C + XSXᵀ) under a prior N(m, S), with a flat prior of the first coefficient."""
     rng = np.random.default_rng(5)
     X = np.column_stack([np.ones(40), rng.standard_normal((40, 2))])
     y = X @ np.array([1.0, 0.3, -0.2]) + 0.5 * rng.standard_normal(40)
     mean = np.array([0.0, 0.1, -0.1])
-    precision = np.array([0.0, 4.0, 9.0])
-    problem, variances = Regression(y, X, X, precision, mean), (0.25, 0.4)
-    found = [restricted_log_likelihood(problem, White(40, each)) for each in variances]
+    precisions = np.array([[0.0, 4.0, 9.0], [0.0, 100.0, 400.0]])
+    white = White(40, 0.25)
+    problem = Regression(y, X, X, precisions, mean)
+    found = [
+        restricted_log_likelihood(Regression(y, X, X, each[None], mean), white)
+        for each in precisions
+    ]
     dense = []
-    for each in variances:
-        spread = each * np.eye(40) + (X[:, 1:] / precision[1:]) @ X[:, 1:].T
+    for each in precisions:
+        spread = 0.25 * np.eye(40) + (X[:, 1:] / each[1:]) @ X[:, 1:].T
         rest, one = y - X[:, 1:] @ mean[1:], np.ones((40, 1))
         weighed = np.linalg.solve(spread, np.column_stack([one, rest]))
         inner = float((one.T @ weighed[:, :1])[0, 0])
         left = float(rest @ weighed[:, 1]) - float(one[:, 0] @ weighed[:, 1]) ** 2 / inner
         dense.append(-0.5 * (np.linalg.slogdet(spread)[1] + np.log(inner) + left))
-    assert found[1] - found[0] == pytest.approx(dense[1] - dense[0], abs=1e-8)
+    known = 0.5 * np.sum(np.log(precisions[:, 1:]), axis=1)  # left out of a single prior
+    assert found[1] + known[1] - found[0] - known[0] == pytest.approx(dense[1] - dense[0], abs=1e-8)
+    both = restricted_log_likelihood(problem, white)
+    assert both == pytest.approx(np.logaddexp(*(np.array(found) + known)) - np.log(2.0), abs=1e-8)
+    weights = [each.weight for each in solutions(problem, white)]
+    np.testing.assert_allclose(weights, np.exp(dense - logsumexp(dense)), atol=1e-9)
 
 
 def test_a_prior_draws_the_answer_to_its_mean():

@@ -6,11 +6,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from pitotbench.bench.calibrations import DEFAULTS
 from pitotbench.bench.gusts import MEAN_LENGTH, gust_deviation, with_gusts
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
-from pitotbench.calibration.options import AUTO, CalibrationOptions, options_from
+from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.campaigns.flights import briefing_of, sense, wind_toward
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, DataSystem, rates_for
@@ -39,7 +38,7 @@ class PlanRequest:
 
     `base` holds the aircraft, the height, the expected wind and turbulence, and an error curve of
     the expected size and location. `system` is the data system or its name, and `options` are those
-    of the calibration: those of the command `calibrate` where none are stated. An error of the
+    of the calibration: the smooth curve of a measured log where none are stated. An error of the
     static source narrows the bound as far as the system's height shows it. A base that states no
     curve has the usual one at the speeds of its aircraft.
     `speeds` is the range of calibrated airspeed [m/s] over which the bound is averaged, by default
@@ -58,7 +57,7 @@ class PlanRequest:
     box: float | None = None
     maneuvers: tuple[str, ...] = tuple(MANEUVERS)
     draws: int = 16
-    options: CalibrationOptions = field(default_factory=lambda: options_from(DEFAULTS))
+    options: CalibrationOptions = field(default_factory=lambda: CalibrationOptions(model=AUTO))
 
     def __post_init__(self) -> None:
         for name in self.maneuvers:

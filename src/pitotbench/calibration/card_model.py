@@ -19,6 +19,7 @@ from pitotbench.estimation.restricted_likelihood import (
     most_likely_noise,
     noise_posterior,
     restricted_log_likelihood,
+    solutions,
     solve,
 )
 from pitotbench.pressure_error.models import SMOOTH
@@ -55,7 +56,7 @@ def rows_of(legs: Sequence[CardLeg]) -> Legs:
 # noise. It is the calibration's own problem (estimation.restricted_likelihood). The noise is white,
 # the steps of the readings and what a gust leaves in one leg, plus a wind that is a Gauss-Markov
 # process; the wind takes a further step where another point begins. The regressors are the smooth
-# curves, one a configuration (pressure_error.models). Beside
+# curves, one a configuration (pressure_error.models), whose departures have rival priors. Beside
 # its equation each leg has two outputs that nobody observed, the wind across u and the correction.
 # What the others say of all three is what they predict for a leg that is read otherwise.
 
@@ -178,12 +179,14 @@ class CardModel:
         return every.reshape(len(speed), -1)
 
     def _regression(self) -> Regression:
-        """The equations of the legs."""
+        """The equations of the legs under each rival prior of the departure."""
         linear = self.linear
         columns = np.column_stack([linear.slope[:, None] * self._basis, linear.temperature_slope])
         probe = max(0.5 * self.stated.temperature_k, _NO_ERROR)  # wrong on every leg alike
         curve = np.tile(np.maximum(self._law.precisions, _LEVEL**-2.0), len(self.configurations))
-        return Regression(linear.observed, columns, columns, np.append(curve, probe**-2.0))
+        thermometer = np.full((len(curve), 1), probe**-2.0)
+        precisions = np.column_stack([curve, thermometer])
+        return Regression(linear.observed, columns, columns, precisions)
 
     def white(self, noise: Array) -> Array:
         """Return the variance of each leg without wind, (n,) [(m/s)²]."""
@@ -246,7 +249,7 @@ class CardModel:
 
     @cached_property
     def nodes(self) -> tuple[NoiseNode, ...]:
-        """The posterior: curves under each plausible noise."""
+        """The posterior: curves under each plausible noise and departure."""
         return noise_posterior(self.problem, self.noise, _log_prior, self.likeliest_noise)
 
     @cached_property
@@ -267,11 +270,12 @@ class CardModel:
 
     def expected_variance(self, at: MetersPerSecond) -> float:
         """Return the variance [(m/s)²] of the first configuration's curve, mean over airspeeds
-        [m/s], before a leg is flown, on a usual day.
+        [m/s], before a leg is flown: mean over the rival priors, on a usual day.
         """
         columns = self.gradient(at, self.legs[0].configuration)
-        _, covariance = solve(self.problem, self.noise(USUAL_NOISE))
-        return float(np.mean(np.einsum("cp,pq,cq->c", columns, covariance, columns)))
+        rivals = solutions(self.problem, self.noise(USUAL_NOISE))
+        found = [np.einsum("cp,pq,cq->c", columns, each.covariance, columns) for each in rivals]
+        return float(np.mean(found))
 
     def deviations(self, places: Sequence[int], gain: Array) -> Array:
         """Return the standard deviations, (m,), of what changes by `gain` (k,) with each of some

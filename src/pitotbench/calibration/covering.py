@@ -2,7 +2,9 @@
 log.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -31,8 +33,10 @@ from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
     NoiseNode,
     Regression,
+    Solution,
     most_likely_noise,
     noise_posterior,
+    solutions,
     solve,
 )
 from pitotbench.records import NoAnswerError
@@ -74,13 +78,13 @@ class FirstPass:
     """The result of the first pass: θ (p,), the most likely noise φ, and the path of a drifting
     wind.
 
-    `estimate` (p + m,) is the correction to θ, zero, and the nuisances, with its `covariance`.
+    `solutions` are the answers under each rival prior of the curve: corrections to θ and the
+    nuisances, (p + m,), with their covariance. θ is that of the likeliest.
     """
 
     theta: Array
     noise: Array
-    estimate: Array
-    covariance: Array
+    solutions: tuple[Solution, ...]
     path: WindPath | None = None
 
 
@@ -107,7 +111,7 @@ def final_pass(structure: Structure, obs: Observations, near: FirstPass) -> Cove
     deviation, length, _, wind, *_ = (*map(float, np.exp(likely.noise)), 0.0)
     return CoveringFit(
         theta=np.concatenate([near.theta, np.zeros(len(structure.nuisances))]),
-        nodes=tuple(_of_mean_wind(structure, fine, node) for node in nodes),
+        nodes=_of_mean_winds(structure, fine, nodes),
         gusts=GustsFound(deviation, length, wind * structure.drifting, len(blocks.count)),
         problem=fine.regression,
         noise_of=fine.noise_of,
@@ -139,19 +143,38 @@ def moved_by(
     if structure.altitude is not None and cause.height is not None:
         heights = cause.height(structure.altitude.state)
         left[len(seen) : len(seen) + len(heights)] = heights
-    problem = replace(fit.problem, response=left, prior_mean=None)
+    precision = fit.problem.rivals[fit.likely.rival]
+    problem = replace(fit.problem, response=left, prior_precision=precision, prior_mean=None)
     return solve(problem, fit.noise_of(fit.likely.noise))[0]
 
 
-def _of_mean_wind(structure: Structure, problem: Linearized, node: NoiseNode) -> NoiseNode:
-    """The node with the mean wind where the wind drifts."""
+def _of_mean_winds(
+    structure: Structure, problem: Linearized, nodes: Sequence[NoiseNode]
+) -> tuple[NoiseNode, ...]:
+    """The nodes with the mean wind where the wind drifts; those of one noise share its wind."""
+    found: list[NoiseNode] = []
+    for _, group in groupby(nodes, key=lambda node: tuple(node.noise)):
+        alike = list(group)
+        answers = _of_mean_wind(structure, problem, alike[0].noise, alike)
+        found += [
+            replace(node, estimate=estimate, covariance=covariance)
+            for node, (estimate, covariance) in zip(alike, answers, strict=True)
+        ]
+    return tuple(found)
+
+
+def _of_mean_wind(
+    structure: Structure, problem: Linearized, phi: Array, answers: Sequence[Solution | NoiseNode]
+) -> list[tuple[Array, Array]]:
+    """The estimates and covariances of answers under one noise, with the mean wind where the wind
+    drifts.
+    """
+    found = [(each.estimate, each.covariance) for each in answers]
     if problem.kernel is None:
-        return node
-    deviation, first = float(np.exp(node.noise[3])), structure.model.error_count
-    noise = problem.noise_of(node.noise)
-    mean = mean_wind(noise, problem.regression, problem.kernel, deviation, first)
-    estimate, covariance = mean.of((node.estimate, node.covariance))
-    return replace(node, estimate=estimate, covariance=covariance)
+        return found
+    deviation, first = float(np.exp(phi[3])), structure.model.error_count
+    mean = mean_wind(problem.noise_of(phi), problem.regression, problem.kernel, deviation, first)
+    return [mean.of(each) for each in found]
 
 
 def first_pass(
@@ -174,19 +197,28 @@ def first_pass(
         rough = linearize(structure, obs, blocks, theta, path=path)
         guess = first_guess(rough, structure) if mode is None else mode
         mode = most_likely_noise(rough.regression, rough.noise_of, log_prior, guess)
-        found = NoiseNode(mode, 1.0, *solve(rough.regression, rough.noise_of(mode)))
+        found = solutions(rough.regression, rough.noise_of(mode))
+        best = int(np.argmax([each.weight for each in found]))
         # The next point has the mean wind: the level of a drifting wind may be far from any wind of
         # the flight.
-        moved = _of_mean_wind(structure, rough, found)
-        step = moved.estimate[:count]  # a nuisance stays what it is
-        theta, last = theta + step, path
+        moved = _of_mean_wind(structure, rough, mode, found)
+        step, covariance = moved[best]
+        step = np.where(np.arange(len(step)) < count, step, 0.0)  # a nuisance stays what it is
+        theta, last = theta + step[:count], path
         if structure.drifting:
-            path = _path(structure, obs, blocks, rough, mode, found.estimate)
+            path = _path(structure, obs, blocks, rough, mode, found[best].estimate)
         if np.all(
-            np.abs(step) < _FAR * np.sqrt(np.diag(moved.covariance)[:count])
+            np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])
         ) and _has_converged(last, path):
-            left = np.concatenate([np.zeros(count), moved.estimate[count:]])
-            return FirstPass(theta, mode, left, moved.covariance, path)
+            return FirstPass(
+                theta,
+                mode,
+                tuple(
+                    Solution(each.weight, estimate - step, spread)
+                    for each, (estimate, spread) in zip(found, moved, strict=True)
+                ),
+                path,
+            )
     raise NoAnswerError(
         "the fit does not converge: check the log for gross errors, or choose a simpler model"
     )

@@ -145,18 +145,20 @@ def linearize(
 
 
 def _priors(structure: Structure, theta: Array) -> tuple[Array, Array]:
-    """The precision of the prior, (p + m,), and its mean (p + m,), of a correction to θ (p,): the
-    model's of its parameters, that of a wind which is stated, the accuracies' of the nuisances.
+    """The precisions of the rival priors, (r, p + m), and their mean (p + m,), of a correction to
+    θ (p,): the model's of its parameters, that of a wind which is stated, the accuracies' of the
+    nuisances.
     """
-    model, winds = structure.model, np.zeros(structure.model.count - structure.model.error_count)
+    model, law = structure.model, structure.model.error.precisions
+    winds = np.zeros((len(law), model.count - model.error_count))
     known = np.array([1.0 / n.deviation**2 for n in structure.nuisances])
     mean = np.zeros(model.count + len(known))
     mean[: model.error_count] = -theta[: model.error_count]
     if (wind := structure.wind) is not None:
-        winds[:2] = 1.0 / wind.deviation**2
+        winds[:, :2] = 1.0 / wind.deviation**2
         at = slice(model.error_count, model.error_count + 2)
         mean[at] = np.array([wind.north, wind.east]) - theta[at]
-    return np.concatenate([model.error.precisions, winds, known]), mean
+    return np.hstack([law, winds, np.tile(known, (len(law), 1))]), mean
 
 
 def _with_altitude(

@@ -67,7 +67,7 @@ def require_observable(model: PredictionModel, obs: Observations) -> None:
         )
     low, high = np.quantile(obs.impact_pressure, [0.02, 0.98])
     # What a log does not tell of a curve with a prior, the prior tells.
-    free = int(np.sum(model.error.precisions == 0.0))
+    free = int(np.sum(np.all(model.error.precisions == 0.0, axis=0)))
     needed = _SPEED_RATIO.get(free, _SPLINE_RATIO)
     if high / low < needed:
         raise NoAnswerError(

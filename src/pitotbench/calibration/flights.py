@@ -112,16 +112,27 @@ def _is_common(each: Reduction, name: str) -> bool:
 
 def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
     """Prior precision of every common unknown: the parameters of the curve, and the nuisances."""
-    law = single[0].model.error
-    # Output error knows no prior.
-    laws = np.zeros(len(law.parameter_names)) if single[0].fit is None else law.precisions
-    curve = dict(zip(law.parameter_names, map(float, laws), strict=True))
+    with np.errstate(divide="ignore"):
+        laws = 1.0 / np.mean([_law_variance(each) for each in single], axis=0)
+    curve = dict(zip(single[0].model.error.parameter_names, map(float, laws), strict=True))
     return curve | {
         n.name: 1.0 / n.deviation**2
         for each in single
         for n in each.nuisances
         if _is_common(each, n.name)
     }
+
+
+def _law_variance(each: Reduction) -> Array:
+    """The variance of the prior of the curve's parameters over its rivals, weighted by the log,
+    (K,); infinite for a flat one.
+    """
+    with np.errstate(divide="ignore"):
+        variances = 1.0 / each.model.error.precisions
+    if each.fit is None:
+        return np.full(variances.shape[1], np.inf)
+    weights = np.array([node.weight for node in each.fit.nodes])
+    return np.asarray(weights @ variances[[node.rival for node in each.fit.nodes]])
 
 
 def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:

@@ -39,6 +39,7 @@ from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
     LogPrior,
     Regression,
+    Solution,
     mode_and_evidence,
     noise_posterior,
     restricted_log_likelihood,
@@ -142,11 +143,11 @@ def fit_located(
 
 def _informed(structure: Structure, near: FirstPass) -> Structure:
     """The structure with the prior of a smoothing that the latency of the first pass asks for."""
-    first = structure.model.count
+    found, first = max(near.solutions, key=lambda each: each.weight), structure.model.count
     return replace(
         structure,
         nuisances=with_filter(
-            structure.nuisances, near.estimate[first:], near.covariance[first:, first:]
+            structure.nuisances, found.estimate[first:], found.covariance[first:, first:]
         ),
     )
 
@@ -267,26 +268,43 @@ def _with_rows(
     """Update the triangle's answer with the altitude rows.
 
     Returns the new answer, the log evidence of the rows given the triangle, and the probability of
-    so large a change by chance. What the triangle knows of the unknowns that the rows see is their
-    prior: β = β0 + L z, with LLᵀ its covariance and z standard normal.
+    so large a change by chance: both over the rival priors of the curve, as likely as the triangle
+    leaves them.
+    """
+    likely = [each for each in near.solutions if each.weight > SURE]
+    updated, start = list[tuple[FirstPass, float, float]](), altitude_guess(rows)
+    for each in likely:  # the noise of the last prior is near that of the next
+        updated.append(_updated(near, each, bare, rows, start))
+        start = updated[-1][0].noise[-NOISE_COUNT:]
+    weights = np.array([each.weight for each in likely])
+    odds = np.log(weights) + np.array([evidence for _, evidence, _ in updated])
+    chance = float(weights @ np.array([chance for _, _, chance in updated]))
+    return updated[int(np.argmax(odds))][0], float(np.logaddexp.reduce(odds)), chance
+
+
+def _updated(
+    near: FirstPass, triangle: Solution, bare: Structure, rows: AltitudeRows, start: Array
+) -> tuple[FirstPass, float, float]:
+    """The same under one prior of the curve; the noise is searched from `start`. What the triangle
+    knows of the unknowns that the rows see is their prior: β = β0 + L z, with LLᵀ its covariance
+    and z standard normal.
     """
     count, model = bare.model.count, replace(bare.model, static_error=True)
-    plain = altitude_regression(rows, model, near.theta, bare.nuisances)
+    theta = near.theta + triangle.estimate[:count]
+    plain = altitude_regression(rows, model, theta, bare.nuisances)
     places = np.flatnonzero(np.any(plain.regressors != 0.0, axis=0))
-    known = near.covariance[np.ix_(places, places)]
+    known = triangle.covariance[np.ix_(places, places)]
     scale = np.sqrt(np.diag(known))
     root = scale[:, None] * np.linalg.cholesky(known / np.outer(scale, scale))
     seen = plain.regressors[:, places]
+    moved = np.where(places < count, 0.0, triangle.estimate[places])
     problem = Regression(
-        plain.response - seen @ near.estimate[places],
-        seen @ root,
-        seen @ root,
-        np.ones(len(places)),
+        plain.response - seen @ moved, seen @ root, seen @ root, np.ones(len(places))
     )
-    noise, log_evidence = _tried(problem, rows, altitude_guess(rows))
+    noise, log_evidence = _tried(problem, rows, start)
     z, left = solve(problem, AltitudeNoise(rows)(noise))
-    step = near.covariance[:count, places] @ np.linalg.solve(root.T, z)
-    joint = replace(near, theta=near.theta + step, noise=np.concatenate([near.noise, noise]))
+    step = triangle.covariance[:count, places] @ np.linalg.solve(root.T, z)
+    joint = replace(near, theta=theta + step, noise=np.concatenate([near.noise, noise]))
     return joint, log_evidence, _chance(z, left)
 
 

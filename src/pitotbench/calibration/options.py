@@ -196,7 +196,7 @@ class Priors:
     curve_slope: float = _prior(0.06, "Δp/q_c", (0.02, 0.2), "root mean square: 4 kt at 130 kt")
     curve_lift: float = _prior(0.06, "Δp/q_c", (0.02, 0.2), "root mean square of the part in 1/x")
     curve_departure: float = _prior(
-        0.003, "Δp/q_c", (0.001, 0.01), "root mean square: 0.2 kt at 130 kt"
+        0.002, "Δp/q_c", (0.0005, 0.01), "root mean square; a quarter and four times are its rivals"
     )
 
     receiver_smoothing_s2: float = _column(

@@ -63,7 +63,7 @@ from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.temperature import weather_report
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.pressure_error.models import SmoothModel
+from pitotbench.pressure_error.models import PressureErrorModel, SmoothModel
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
     Assumption,
@@ -395,6 +395,7 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
             height_agreement=located.chance,
             static_probability=located.static_probability,
             height=_height_found(structure.altitude, fit),
+            departures=_departures(structure.model.error, fit),
         ),
         warnings=(
             *outside_prior(structure, obs, fit, located.answer),
@@ -443,6 +444,16 @@ def _height_found(rows: AltitudeRows | None, fit: CoveringFit) -> HeightFound | 
     level, memory, third = (float(each) for each in noise)
     white, walk = (third, None) if rows.tie is None else (None, third)
     return HeightFound(level, memory, white, walk, len(rows))
+
+
+def _departures(law: PressureErrorModel, fit: CoveringFit) -> dict[str, float] | None:
+    """The probability of each size of a smooth curve's departures."""
+    if not isinstance(law, SmoothModel):
+        return None
+    shares = dict.fromkeys(law.departures, 0.0)
+    for node in fit.nodes:
+        shares[law.departures[node.rival]] += node.weight
+    return {f"{size:g}": share for size, share in shares.items()}
 
 
 def _warnings(

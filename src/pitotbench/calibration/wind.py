@@ -198,7 +198,7 @@ def check_wind(
         return None, answer
     best = max(fit.nodes, key=lambda node: node.weight)
     evidence_at = _evidence(
-        structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time
+        structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time, best.rival
     )
     log_prior = log_prior_of(structure, obs)
     noises = [_shorter(best.noise, ratio) for ratio in _SHORTER]
@@ -271,7 +271,7 @@ def check_gain(
     def evidence(phi: Array) -> ColumnEvidence:
         noise = _triangle_noise(blocks, triangle, along, airspeed, phi)
         part = EvidencePart(regression.response, regression.instruments, columns, noise)
-        return column_evidence([part], regression.prior_precision, regression.pull)
+        return column_evidence([part], *regression.prior(best.rival))
 
     found = [evidence(phi) for phi in noises]
     log_prior = log_prior_of(structure, obs)
@@ -450,8 +450,9 @@ def _evidence(
     blocks: Blocks,
     theta: Array,
     of_time: Array,
+    rival: int,
 ) -> Callable[[Array], ColumnEvidence]:
-    """The map from a noise φ to the evidence for changes of the wind."""
+    """The map from a noise φ to the evidence for changes of the wind, under one rival prior."""
     triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
     first, regression = structure.model.error_count, triangle.regression
     winds, added = slice(first, first + 2), len(DIRECTION_DEVIATIONS)
@@ -459,8 +460,9 @@ def _evidence(
     airspeed = np.linalg.norm(ground - theta[winds], axis=1)
     heading = heading_rows(obs, blocks, airspeed)
     along = -regression.regressors[:, winds]
-    precision = np.append(regression.prior_precision, 1.0 / DIRECTION_DEVIATIONS**2)
-    pull = np.append(regression.pull, np.zeros(added))
+    known, pull = regression.prior(rival)
+    precision = np.append(known, 1.0 / DIRECTION_DEVIATIONS**2)
+    pull = np.append(pull, np.zeros(added))
 
     def evidence(phi: Array) -> ColumnEvidence:
         noise = _triangle_noise(blocks, triangle, along, airspeed, phi)

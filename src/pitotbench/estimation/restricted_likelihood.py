@@ -17,6 +17,8 @@ from pitotbench.records import NoAnswerError
 from pitotbench.units import Array
 
 _FULL = 5  # dimensions up to which the design has all corners
+# weight of a noise with one of several rival priors, below which it is left out
+_LEAST_WEIGHT = 1e-4
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
@@ -93,7 +95,8 @@ class Regression:
 
     The instruments are the regressors, or smoothed copies that do not share their measurement
     noise. The prior precision of a coefficient is that of a Gaussian around `prior_mean` (p,), zero
-    where that is None; 0 means no prior.
+    where that is None; 0 means no prior. Precisions (r, p) are those of r rival priors, alike
+    likely before the data: such as a size of the coefficients that nobody knows.
     """
 
     response: Array
@@ -103,20 +106,32 @@ class Regression:
     prior_mean: Array | None = None
 
     @property
-    def pull(self) -> Array:
-        """The pull of the prior toward its mean, (p,): precision times mean."""
-        mean = np.zeros_like(self.prior_precision) if self.prior_mean is None else self.prior_mean
-        return np.asarray(self.prior_precision * mean)
+    def rivals(self) -> Array:
+        """The precisions of all rival priors, (r, p)."""
+        return np.atleast_2d(self.prior_precision)
+
+    def prior(self, rival: int) -> tuple[Array, Array]:
+        """The precision (p,) of a rival prior, and the pull (p,) of its mean."""
+        precision = self.rivals[rival]
+        mean = np.zeros_like(precision) if self.prior_mean is None else self.prior_mean
+        return precision, precision * mean
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseNode:
-    """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ."""
+    """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ.
+
+    `rival` is the number of the prior of β among the rivals. `log_mass` is the logarithm of the
+    weight before normalization. The sum of the masses of all nodes is the restricted likelihood
+    integrated over φ.
+    """
 
     noise: Array
     weight: float
+    log_mass: float
     estimate: Array
     covariance: Array
+    rival: int = 0
 
 
 def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
@@ -127,13 +142,18 @@ def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
     a noise with too long a memory for the likely one. Raises numpy.linalg.LinAlgError where the
     data do not determine β.
     """
+    return float(np.logaddexp.reduce(_by_rival(problem, noise)))
+
+
+def _by_rival(problem: Regression, noise: Noise) -> Array:
+    """The restricted log-likelihood under one noise and each rival prior, less ln r, (r,)."""
     if isinstance(noise, JointNoise):
         products = noise.products()
     else:
         data = _instruments_and_response(problem)
         products = data.T @ noise.weigh(data)
     found = _log_likelihoods(problem, products[None], np.array([noise.log_determinant]))
-    return float(found[0])
+    return np.asarray(found[0])
 
 
 def _instruments_and_response(problem: Regression) -> Array:
@@ -141,13 +161,22 @@ def _instruments_and_response(problem: Regression) -> Array:
 
 
 def _log_likelihoods(problem: Regression, products: Array, log_determinants: Array) -> Array:
-    """The restricted log-likelihoods, (b,), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|,
-    (b,).
+    """The restricted log-likelihoods, (b, r), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|,
+    (b,), under each of r rival priors; their probability, 1/r, is in them.
     """
+    rivals = range(len(problem.rivals))
+    found = [_log_likelihood(problem, products, rival) for rival in rivals]
+    return np.asarray(
+        np.stack(found, axis=1) - (0.5 * log_determinants[:, None] + np.log(len(rivals)))
+    )
+
+
+def _log_likelihood(problem: Regression, products: Array, rival: int) -> Array:
     # A prior is like one more datum for its coefficient: it adds to the diagonal. Scaling to a unit
     # diagonal keeps the factor accurate for coefficients of very different units.
-    pull, whole, p = problem.pull, products.copy(), products.shape[1] - 1
-    whole[:, np.arange(p), np.arange(p)] += problem.prior_precision
+    precision, pull = problem.prior(rival)
+    whole, p = products.copy(), products.shape[1] - 1
+    whole[:, np.arange(p), np.arange(p)] += precision
     whole[:, p, :p] += pull
     if problem.prior_mean is not None:
         whole[:, p, p] += pull @ problem.prior_mean
@@ -156,7 +185,8 @@ def _log_likelihoods(problem: Regression, products: Array, log_determinants: Arr
     factors = np.linalg.cholesky(whole / scale[:, :, None] / scale[:, None, :])
     pivots = np.diagonal(factors, axis1=1, axis2=2) * scale
     log_normal = 2.0 * np.sum(np.log(pivots[:, :-1]), axis=1)
-    return np.asarray(-0.5 * (log_normal + pivots[:, -1] ** 2 + log_determinants))
+    known = float(np.sum(np.log(precision[precision > 0.0]))) if len(problem.rivals) > 1 else 0.0
+    return np.asarray(-0.5 * (log_normal + pivots[:, -1] ** 2 - known))
 
 
 def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> Heights:
@@ -167,18 +197,20 @@ def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> 
             return _weighed(problem, noise_of, phis)[0]
         except np.linalg.LinAlgError:
             if len(phis) == 1:  # the search then tries a shorter step
-                return np.full(1, -np.inf)
+                return np.full((1, len(problem.rivals)), -np.inf)
             return np.concatenate([of_each(phi[None]) for phi in phis])
 
     def heights(phis: Array) -> Array:
         found = np.concatenate([of_each(part) for part in _stacks(problem, phis)])
-        return np.asarray(found + np.array([log_prior(phi) for phi in phis]))
+        return np.asarray(
+            np.logaddexp.reduce(found, axis=1) + np.array([log_prior(phi) for phi in phis])
+        )
 
     return heights
 
 
 def _weighed(problem: Regression, noise_of: NoiseOf, phis: Array) -> tuple[Array, Iterable[Array]]:
-    """The restricted log-likelihoods, (b,), for every φ of (b, d), and C⁻¹Z, (n, p), of each.
+    """The restricted log-likelihoods, (b, r), for every φ of (b, d), and C⁻¹Z, (n, p), of each.
 
     Raises numpy.linalg.LinAlgError where the data do not determine β under one of them.
     """
@@ -201,9 +233,28 @@ def _stacks(problem: Regression, phis: Array) -> list[Array]:
     return [phis[first : first + together] for first in range(0, len(phis), together)]
 
 
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """β, (p,), and its covariance, (p, p), under one prior, which has the probability `weight`
+    among its rivals.
+    """
+
+    weight: float
+    estimate: Array
+    covariance: Array
+
+
 def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
-    """Return β, (p,), and its covariance, (p, p), given the noise, by generalized least squares
-    with instruments.
+    """Return β, (p,), and its covariance, (p, p), given the noise, under the likeliest of rival
+    priors; see `solutions`. Raises as it does.
+    """
+    likeliest = max(solutions(problem, noise), key=lambda each: each.weight)
+    return likeliest.estimate, likeliest.covariance
+
+
+def solutions(problem: Regression, noise: Noise) -> list[Solution]:
+    """Return the answers under each rival prior, given the noise, by generalized least squares with
+    instruments.
 
     With instruments equal to regressors this is ordinary generalized least squares.
     Raises NoAnswerError where the data do not determine β.
@@ -213,12 +264,22 @@ def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
         if isinstance(noise, JointNoise)
         else noise.weigh(problem.instruments)
     )
-    return _solved(problem, weighed)
+    try:
+        by_rival = _by_rival(problem, noise) if len(problem.rivals) > 1 else np.zeros(1)
+    except np.linalg.LinAlgError as error:
+        raise NoAnswerError(_UNDETERMINED) from error
+    weights = np.exp(by_rival - np.logaddexp.reduce(by_rival))
+    return [
+        Solution(float(weight), *_solved(problem, weighed, rival))
+        for rival, weight in enumerate(weights)
+    ]
 
 
-def _solved(problem: Regression, weighed: Array) -> tuple[Array, Array]:
+def _solved(problem: Regression, weighed: Array, rival: int = 0) -> tuple[Array, Array]:
     """`solve` with the weighed instruments, C⁻¹Z, (n, p)."""
-    p, prior = problem.regressors.shape[1], np.diag(problem.prior_precision)
+    p = problem.regressors.shape[1]
+    precision, pull = problem.prior(rival)
+    prior = np.diag(precision)
     normal = weighed.T @ problem.regressors + prior
     spread = weighed.T @ problem.instruments + prior
     scale = np.sqrt(np.diag(spread))
@@ -226,7 +287,7 @@ def _solved(problem: Regression, weighed: Array) -> tuple[Array, Array]:
         inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     except np.linalg.LinAlgError as error:
         raise NoAnswerError(_UNDETERMINED) from error
-    estimate = inverse @ (weighed.T @ problem.response + problem.pull)
+    estimate = inverse @ (weighed.T @ problem.response + pull)
     covariance = inverse @ spread @ inverse.T
     return estimate, np.asarray(0.5 * (covariance + covariance.T)).reshape(p, p)
 
@@ -288,18 +349,20 @@ def weighted_noises(
         prior = np.array([log_prior(phi) for phi in phis])
         return np.asarray(prior + sum(heights_of(phis) for heights_of in heights_of_each))
 
-    places, base = _places(*_climb(heights, start, _LEAST_GAIN))
+    places, base, _ = _places(*_climb(heights, start, _LEAST_GAIN))
     return places, _weights(base, heights(places))
 
 
-def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Array, Array]:
-    """Return the nodes around a mode, (m, d), and their base weights, (m,).
+def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Array, Array, Array]:
+    """Return the nodes around a mode, (m, d), their base weights, (m,), and the axes along which
+    they lie, (d, d).
 
     `count` is the number of parameters of the first set of rows, whose axes are found by
     themselves; None for one set.
     """
     design = composite_design(len(mode))
-    return mode + design.points @ _axes_by_set(curvature, count).T, design.weights
+    axes = _axes_by_set(curvature, count)
+    return mode + design.points @ axes.T, design.weights, axes
 
 
 def _weights(base: Array, heights: Array) -> Array:
@@ -312,20 +375,33 @@ def _weights(base: Array, heights: Array) -> Array:
 def _nodes(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, mode: Array, curvature: Array
 ) -> tuple[NoiseNode, ...]:
-    """Return the nodes around a mode; `curvature` is minus the second derivatives there, (d, d)."""
-    places, base = _places(mode, curvature, _first_set(noise_of))
+    """Return the nodes around a mode, one for each noise and rival prior that is not too unlikely;
+    `curvature` is minus the second derivatives there, (d, d).
+    """
+    places, base, axes = _places(mode, curvature, _first_set(noise_of))
     try:  # each noise is factored once, for its height and for its estimate
         found = [_weighed(problem, noise_of, part) for part in _stacks(problem, places)]
     except np.linalg.LinAlgError as error:
         raise NoAnswerError(_UNDETERMINED) from error
     heights = np.concatenate([likelihoods for likelihoods, _ in found])
-    heights = heights + np.array([log_prior(phi) for phi in places])
-    if np.any(np.isneginf(heights)):
+    heights = heights + np.array([log_prior(phi) for phi in places])[:, None]
+    if np.any(np.all(np.isneginf(heights), axis=1)):
         raise NoAnswerError(_UNDETERMINED)
+    volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
+    masses = np.log(base)[:, None] + heights + volume
+    weights = _weights(base[:, None], heights)
+    if len(problem.rivals) > 1:
+        weights = (
+            np.where(weights > _LEAST_WEIGHT, weights, 0.0) / weights[weights > _LEAST_WEIGHT].sum()
+        )
     weighed = chain.from_iterable(instruments for _, instruments in found)
     return tuple(
-        NoiseNode(phi, float(weight), *_solved(problem, instruments))
-        for phi, weight, instruments in zip(places, _weights(base, heights), weighed, strict=True)
+        NoiseNode(
+            phi, float(weights[i, r]), float(masses[i, r]), *_solved(problem, instruments, r), r
+        )
+        for i, (phi, instruments) in enumerate(zip(places, weighed, strict=True))
+        for r in range(len(problem.rivals))
+        if len(problem.rivals) == 1 or weights[i, r] > 0.0
     )
 
 

@@ -42,8 +42,8 @@ class TermModel:
 
     @property
     def precisions(self) -> Array:
-        """No prior of the parameters, (k,)."""
-        return np.zeros(len(self.terms))
+        """No prior of the parameters, (1, k)."""
+        return np.zeros((1, len(self.terms)))
 
     def spread_over(self, low: float, high: float) -> "TermModel":
         """Return the model itself: a formula has no range."""
@@ -75,6 +75,7 @@ _LEAST = 1e-3  # of the low end: the smallest x used, so that a bad iterate stil
 
 
 _DEGREES = 8  # polynomials of degree 0 to 7
+_RIVALS = (0.25, 1.0, 4.0)  # of the usual size of the departures
 _LEAST_RANGE = 2.0  # ratio of the ends, as from 100 to 141 kt: over less a curve changes by less
 _QUADRATURE = 24  # points, more than the degrees
 
@@ -100,10 +101,12 @@ class SmoothModel:
     in 1/x (the error of a static source follows the angle of attack, and the lift coefficient of
     level flight is proportional to 1/x), and departures from these. Over the flown range of ln x, u
     from −1 to 1, they are Legendre polynomials with a mean square of 1. The departures fall as
-    1/degree², the rate of curves with a square-integrable second derivative.
+    1/degree², the rate of curves with a square-integrable second derivative. Their size is one of a
+    few, alike likely: the log decides.
 
     `slope`, `lift` and `departure` [Δp/q_c] are one standard deviation of the root mean square of
-    the slope's part, of the part in 1/x, and of the departures.
+    the slope's part, of the part in 1/x, and of the departures in the middle one of the rival
+    priors.
     """
 
     name: str
@@ -111,7 +114,7 @@ class SmoothModel:
     high: float
     slope: float = 0.06
     lift: float = 0.06
-    departure: float = 0.003
+    departure: float = 0.002
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -129,9 +132,14 @@ class SmoothModel:
 
     @property
     def precisions(self) -> Array:
-        """The priors of the parameters as precisions, (k,): flat for the level."""
-        sizes = [np.inf, self.slope, self.lift, *[self.departure] * (_DEGREES - 2)]
-        return np.array(sizes) ** -2.0
+        """The rival priors of the parameters as precisions, (r, k): flat for the level."""
+        known = [np.inf, self.slope, self.lift]
+        return np.array([[*known, *[size] * (_DEGREES - 2)] for size in self.departures]) ** -2.0
+
+    @property
+    def departures(self) -> tuple[float, ...]:
+        """The sizes of the departures in the rival priors, (r,) [Δp/q_c]."""
+        return tuple(share * self.departure for share in _RIVALS)
 
     def basis(self, x: Array) -> Array:
         """Return the terms at x, (n,), as an array (n, k)."""

@@ -353,7 +353,8 @@ class Diagnostics:
     `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty
     rows of the log. `height_agreement` is the probability that wind triangle and height differ
     about the curve by so much by chance, `static_probability` that of an error of the static
-    source.
+    source. `departures` holds the probability of each size of a smooth curve's departures, keyed by
+    their root mean square in Δp/q_c.
     """
 
     iterations: int
@@ -364,6 +365,7 @@ class Diagnostics:
     height_agreement: float | None = None
     static_probability: float | None = None
     height: HeightFound | None = None
+    departures: dict[str, float] | None = field(default=None, metadata={"key": "departure"})
 
 
 @dataclass(frozen=True, slots=True)

@@ -250,6 +250,11 @@ def _fit(result: Calibration) -> Iterator[str]:
     """
     values = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
     yield f"parameters (± is 2σ): {values}; x = q_ci / {result.reference_pressure:.2f} Pa"
+    if sizes := result.diagnostics.departures:
+        yield (
+            "departure of the curve from level, slope and a part in 1/q_ci, rms in Δp/q_c, with its "
+            f"probability: {', '.join(f'{size} with {100 * p:.0f} %' for size, p in sizes.items())}"
+        )
     if (wind := result.wind) is None:
         yield "wind velocity: unknown"
     else:

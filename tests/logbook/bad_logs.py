@@ -370,7 +370,7 @@ _CSV = {  # what is wrong with a CSV file: its bytes, and what is said
     "a lone carriage return": (b"a,b\n1\r2,3\n", r"row 1 has 1 columns, the first line names 2"),
     "a very long cell": (
         b"# " + b"x" * 140_000 + b"\na,b\n" + b"9" * 140_000 + b",1\n",
-        "missing columns",
+        "a table without a time",
     ),
     "a short row that is not UTF-8": (b"time_s,a\n1,2\n\xff\n", "line 3 is not UTF-8 text"),
     "a megabyte of blank lines": (b"\n" * 1_100_000, "comments or blank lines"),

@@ -164,14 +164,16 @@ MAPPED = ("02*", "03*", "06*", "07a*", "08*", "09*", "15*", "19*", "20*", "21*",
 
 @pytest.mark.parametrize("pattern", MAPPED)
 def test_map_never_stops(pattern, tmp_path, capsys):
-    """Under other names than those by which its recorder is known, each gets a draft."""
+    """Under other names than those by which its recorder is known, each gets a draft; a handbook and
+    a card are no logs, and what reads them is named.
+    """
     path, drafted = drafted_of(pattern)
     listed = mapping_text(drafted, path.name)
     for name in filter(None, drafted.unused):
         assert f"# Not used: {' '.join(name.split())}: " in listed
     out = tmp_path / "m.toml"
     code = main(["map", str(path), "-o", str(out)])
-    assert code == (2 if pattern == "21*" else 0), capsys.readouterr().err
+    assert code == (2 if pattern in ("17*", "18*", "21*") else 0), capsys.readouterr().err
 
 
 DRAFTED = {

@@ -113,7 +113,7 @@ def find_factor(flown: FlownRows) -> Factor:
     # gusts are those of the speed.
     size = float(np.median(flown.part().square) / np.median(flown.impact))
     read = size * flown.impact
-    fit = follow(flown.part(), read, late * read, zero=size * REGRESSION.zero)
+    fit = follow(flown.part(), read, late * read, zero=REGRESSION.zero)
     share, change, zero = max(float(fit.values[0]), _NO_SHARE), *fit.values[1:3]
     impact = np.quantile(read, [0.1, 0.5, 0.9])
     excess = (impact - zero) / (share * impact) - 1.0

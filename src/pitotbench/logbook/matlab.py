@@ -56,11 +56,14 @@ def read_mat(path: Path) -> Table:
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
-    # A struct of texts and single numbers beside it is about the flight.
+    # A struct of texts and single numbers beside it is about the flight; a channel with its unit is
+    # a struct itself.
     structs = [
         v
         for v in variables.values()
-        if isinstance(v, dict) and _DATA not in v and any(map(_holds_samples, v.values()))
+        if isinstance(v, dict)
+        and _DATA not in v
+        and any(isinstance(x, dict) or np.size(x) > 1 for x in v.values())
     ]
     if len(structs) == 1:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}
@@ -183,11 +186,6 @@ def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
     if array.ndim == 2 and min(array.shape) > 1 and array.dtype.kind in "fiu":
         return {f"{name}(:,{k + 1})": (array[:, k], "") for k in range(array.shape[1])}
     return {name: (_vector(name, value), "")}
-
-
-def _holds_samples(value: object) -> bool:
-    """Whether a field of a struct holds samples: an array, or a channel with its unit."""
-    return isinstance(value, dict) or np.size(cast(Any, value)) > 1
 
 
 def _is_mixed(value: object) -> bool:

@@ -7,12 +7,9 @@ with its reason.
 import os
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from xml.etree import ElementTree
-from zipfile import ZipFile
 
 import numpy as np
 from scipy.io import loadmat
@@ -21,7 +18,9 @@ from pitotbench.air import impact_pressure, mach_from_impact_pressure, standard_
 from pitotbench.bench.questions import calibrate
 from pitotbench.bench.workflow import NamedLog, reconcile_fully
 from pitotbench.calibration.fly_by import reduce_fly_bys
+from pitotbench.logbook.columns import almost_numbers
 from pitotbench.logbook.points_table import read_fly_bys
+from pitotbench.logbook.spreadsheet import read_xlsx
 from pitotbench.models.maneuver_model import in_place_of_log
 from pitotbench.models.sidpac import read_identification
 from pitotbench.records import BadInputError, NoAnswerError
@@ -163,28 +162,11 @@ def _faired_curve(path: Path) -> Held:
     )
 
 
-_XLSX = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
-
-
 def _sheet(path: Path) -> dict[str, Array]:
-    """The columns of numbers of the first sheet of an .xlsx file, by the names in its first row."""
-    with ZipFile(path) as book:
-        texts, sheet = (
-            ElementTree.fromstring(book.read(f"xl/{name}.xml"))
-            for name in ("sharedStrings", "worksheets/sheet1")
-        )
-    shared = ["".join(each.itertext()) for each in texts.iter(f"{_XLSX}si")]
-    columns: dict[str, list[str]] = {}
-    for cell in sheet.iter(f"{_XLSX}c"):
-        value = cell.findtext(f"{_XLSX}v")
-        if value is not None:
-            text = shared[int(value)] if cell.get("t") == "s" else value
-            columns.setdefault(cell.get("r", "").rstrip("0123456789"), []).append(text)
-    found = {}
-    for name, *values in columns.values():
-        with suppress(ValueError):  # a column of words
-            found[name] = np.array(values, dtype=float)
-    return found
+    """The columns of numbers of an .xlsx file, without blank cells, by the names in its first row."""
+    table = read_xlsx(path)
+    numbers = zip(table.names, map(almost_numbers, table.columns), strict=True)
+    return {name: each[np.isfinite(each)] for name, each in numbers if each is not None}
 
 
 def _lift_slope(path: Path) -> Held:

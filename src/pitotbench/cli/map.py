@@ -30,12 +30,12 @@ def run(options: argparse.Namespace) -> int:
     if is_bundle(options.log):
         raise BadInputError(f"{options.log}: a folder; name a log in it")
     try:
-        if kind := kind_of(options.log, options.log):
-            raise BadInputError(kind)
         if known := needs_mapping(options.log):
             print(printable(f"{options.log.name}: {known}"))
             return 0
         drafted = draft_mapping(with_facts(read_table(options.log), stated_facts(options)))
+        if drafted.missing and (kind := kind_of(options.log, options.log)):
+            raise BadInputError(kind)
     except BadInputError as error:
         raise BadInputError(f"{options.log}: {error}") from error
     text = mapping_text(drafted, options.log.name)

@@ -111,13 +111,14 @@ def find_factor(flown: FlownRows) -> Factor:
     late = np.where(flown.time > np.median(flown.time), 0.5, -0.5)
     # A reading in another unit is first brought to the size that the ground speed asks for, as the
     # gusts are those of the speed.
-    size = float(np.median(flown.part().square) / np.median(flown.impact))
+    part = flown.part()
+    size = float(np.median(part.square) / np.median(flown.impact))
     read = size * flown.impact
-    fit = follow(flown.part(), read, late * read, zero=REGRESSION.zero)
+    fit = follow(part, read, late * read, zero=REGRESSION.zero)
     share, change, zero = max(float(fit.values[0]), _NO_SHARE), *fit.values[1:3]
-    impact = np.quantile(read, [0.1, 0.5, 0.9])
-    excess = (impact - zero) / (share * impact) - 1.0
-    by_unknown = np.stack([-(1.0 + excess) / share, -1.0 / (share * impact)])
+    impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
+    needed = (size * impact - zero) / (share * impact)
+    by_unknown = np.stack([-needed / share, -1.0 / (share * impact)])
     of_both = fit.covariance[np.ix_([0, 2], [0, 2])]
     through_air = np.hypot(flown.north - fit.wind[0], flown.east - fit.wind[1])
     corrected = np.maximum(((1.0 - change * late) * read - zero) / share, 1.0)
@@ -126,8 +127,8 @@ def find_factor(flown: FlownRows) -> Factor:
     return Factor(
         scale=size / share,
         zero=float(-zero / share),
-        excess=size * (1.0 + excess) - 1.0,
-        spread=size * np.sqrt(np.einsum("ik,ij,jk->k", by_unknown, of_both, by_unknown)),
+        excess=needed - 1.0,
+        spread=np.sqrt(np.einsum("ik,ij,jk->k", by_unknown, of_both, by_unknown)),
         wind=fit.wind,
         misfit=misfit / max(float(np.median(through_air)), 1.0),
         change=float(-change),

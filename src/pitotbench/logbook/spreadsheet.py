@@ -4,9 +4,8 @@ pitotbench[logs].
 
 import csv
 import zipfile
-from datetime import date, datetime
+from dataclasses import replace
 from io import BytesIO, StringIO
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +49,7 @@ def read_xlsx(path: Path) -> Table:
     others = [name for name, found in sheets if found and name != title]
     note = f"; not read: {', '.join(others)}" if others else ""
     words = f"read from the sheet {title!r}{note}"
-    return Table(table.names, table.columns, table.header, (words, *table.warnings), table.units)
+    return replace(table, warnings=(words, *table.warnings))
 
 
 def _too_large(what: str) -> BadInputError:
@@ -70,12 +69,8 @@ def _rows(sheet: Any) -> list[list[str]]:
         rows.append([_text(cell) for cell in row])
     rows = [row for row in rows if any(row)]
     width = max((max(i + 1 for i, cell in enumerate(row) if cell) for row in rows), default=0)
-    return [list(islice(row + [""] * width, width)) for row in rows]
+    return [(row + [""] * width)[:width] for row in rows]
 
 
 def _text(cell: object) -> str:
-    if cell is None:
-        return ""
-    if isinstance(cell, datetime | date):
-        return cell.isoformat(*((" ",) if isinstance(cell, datetime) else ()))
-    return repr(cell) if isinstance(cell, float) else " ".join(str(cell).split())
+    return "" if cell is None else " ".join(str(cell).split())

@@ -831,8 +831,8 @@ def _sizes_of(regression: Regression, gaps: Sequence[FoundGap]) -> Sizes:
 
 
 def _with_vanes(original: Layout, block: Block, fitted: Fitted) -> Layout:
-    """A layout without the errors of the vanes that the log shows as it is linearized in the block;
-    the same object where they stay, or where a gap is one of the vanes.
+    """A layout without the errors of the vanes that the log shows beside the gaps, as it is
+    linearized in the block; the same object where they stay, or where a gap is one of the vanes.
 
     A force is the product of a derivative and an angle. Each linearized for itself, a lift slope
     that is a quarter off and a vane whose scale is a tenth off leave an error of 2.5 % in the slope.
@@ -840,11 +840,11 @@ def _with_vanes(original: Layout, block: Block, fitted: Fitted) -> Layout:
     if any(not is_term(each.name) and reads_gusts(each.name) for each in fitted.members):
         return original
     layout, own = block.layout, fitted.regression.shown_columns(block, fitted.members)
-    if own and layout.reference.force_model is not None:
-        names = layout.free.names
-        errors = shown_vane_errors(names, *block.equations.free_estimates(own))
-    else:
-        errors = vane_errors(layout)
+    errors = (
+        shown_vane_errors(layout.free.names, *block.equations.free_estimates(own))
+        if own
+        else vane_errors(layout)
+    )
     again = without_vane_errors(original, errors)
     if again is original:
         return original

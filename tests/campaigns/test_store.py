@@ -266,6 +266,23 @@ def test_an_edited_index_is_made_again(campaign, tmp_path, capsys):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.parametrize("late", [0, 1])
+def test_of_a_flight_that_came_later_its_own_part_alone_is_read(
+    late, campaign, tmp_path, monkeypatch
+):
+    out = tmp_path / "out"
+    shutil.copytree(campaign.out, out)
+    whole, store = result_table([out]), ResultStore(out / "store")
+    key = [*store.keys()][late]
+    kept = store.part(key).rename(tmp_path / "part")
+    assert {*result_table([out]).flight} == {*whole.flight} - {key}  # what is gone is left out
+    kept.rename(store.part(key))
+    read, find = [], ResultStore.find
+    monkeypatch.setattr(ResultStore, "find", lambda self, key: read.append(key) or find(self, key))
+    pd.testing.assert_frame_equal(result_table([out]), whole)
+    assert read == [key]
+
+
 @pytest.mark.parametrize("wrong", [{"rows": None}, {"rows": [{"maneuver": 1}]}, {"made": []}])
 def test_a_part_of_a_wrong_shape_that_was_sealed_by_hand_costs_one_flight(
     wrong, campaign, tmp_path, capsys

@@ -2,8 +2,8 @@
 
 `results.parquet` holds the rows of one plan, in its order, with the logs and cases of the folder
 next to it. The index of a store holds the rows of all its results, with all fields of their cases:
-DuckDB, Polars and pandas open it. It is made again where it is missing or cut, or lacks a part; a
-part that is replaced removes it.
+DuckDB, Polars and pandas open it. Parts that it lacks are added; it is made again where it is missing
+or cut, or holds a part that is gone; a part that is replaced removes it.
 """
 
 import ast
@@ -234,38 +234,45 @@ def result_table(folders: Sequence[Path]) -> "DataFrame":
 
 
 def _indexed(store: ResultStore) -> Path:
-    """Return the index of a store, brought up to date. Raises BadInputError where it cannot be
-    written.
+    """Return the index of a store, brought up to date: the parts that it lacks are read. Raises
+    BadInputError where it cannot be written.
     """
     import pyarrow as pa
+    from pyarrow.parquet import read_table
     from pyarrow.parquet import write_table as write_parquet_table
 
     path, seal = store.folder / INDEX, store.folder / SEAL
     keys = [*store.keys()]
-    if not _is_of(path, seal, keys):
-        groups = [
-            _table([*_indexed_rows(store, keys[at : at + _GROUP])])
-            for at in range(0, len(keys), _GROUP)
+    held = _flights_held(path, seal, keys)
+    lacking = [key for key in keys if key not in held]
+    if lacking or not held:
+        groups = [read_table(path)] if held else []
+        groups += [
+            _table([*_indexed_rows(store, lacking[at : at + _GROUP])])
+            for at in range(0, len(lacking), _GROUP)
         ]
         # A field that only some flights have is empty for the others.
         empty = pa.table({name: pa.array([], pa.string()) for name in _OF_ALL})
-        table = pa.concat_tables(groups or [empty], promote_options="permissive")
+        table = pa.concat_tables(groups or [empty], promote_options="permissive").sort_by("flight")
         with atomic(path) as scratch:
             write_parquet_table(table, scratch, row_group_size=_GROUP)
         write_text(seal, file_sha256(path))
     return path
 
 
-def _is_of(path: Path, seal: Path, keys: list[str]) -> bool:
-    """Return whether the index is as it was written, and holds these parts."""
+def _flights_held(path: Path, seal: Path, keys: list[str]) -> set[str]:
+    """Return the flights of an index that is as it was written and holds no part that is gone; none
+    where it is to be made again.
+    """
     from pandas import read_parquet
 
     if not path.is_file():
-        return False
+        return set()
     if not seal.is_file() or seal.read_bytes() != file_sha256(path).encode():
         say(f"{path}: cut, changed or old; it is made again from the {len(keys):,} parts")
-        return False
-    return set(read_parquet(path, columns=["flight"]).flight) == set(keys)
+        return set()
+    held = set(read_parquet(path, columns=["flight"]).flight)
+    return held if held <= set(keys) else set()
 
 
 def _indexed_rows(store: ResultStore, keys: list[str]) -> Iterator[dict[str, Any]]:
@@ -348,7 +355,7 @@ def varied_columns(table: "DataFrame") -> list[str]:
         name
         for name in table.columns
         if (name in fields or ("." in name and name not in skipped))
-        and len({*table[name].dropna().map(str)}) > 1
+        and len(table[name].dropna().unique()) > 1
     ]
 
 

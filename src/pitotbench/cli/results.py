@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
     rows = len(shown) if options.limit == 0 else options.limit
     print(shown.head(rows).to_string(index=False, float_format="%.3f"))
     others = {"maneuver", "das", "model", *varied} - {*by}
-    if pooled := sorted(n for n in others if by and n in table and len({*table[n].map(str)}) > 1):
+    if pooled := sorted(n for n in others if by and n in table and len(table[n].unique()) > 1):
         print(
             f"A row is a mean over several values of {', '.join(pooled)}: add what matters to --by."
         )

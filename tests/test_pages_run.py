@@ -66,24 +66,21 @@ def are_alike(told: str, printed: str) -> bool:
     return all(float(a) == pytest.approx(float(b), rel=0.1) for a, b in pairs)
 
 
-def require_the_readme_to_hold(
-    capsys: pytest.CaptureFixture[str], without: str = "", hiding: bool = True
-) -> None:
-    """Run the first commands of the README on its case, or on the case without its last line, which
-    is `hiding` an effect. They end in the line that the README tells.
+def readme_blocks() -> list[str]:
+    """The first commands of the README, their case, and what they end in with the last line of the
+    case, an effect, and without it.
     """
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    commands, case, found, quiet = _README_BLOCK.findall(readme)[:4]
-    plain = "".join(case.splitlines(keepends=True)[:-1])
-    Path("case.toml").write_text(case if hiding else plain, encoding="utf-8")
-    for command in commands.splitlines():
-        _run(command.replace(without, ""))
-    told, printed = found if hiding else quiet, capsys.readouterr().out.splitlines()
-    assert any(are_alike(told.strip(), line) for line in printed), (told, printed)
+    return _README_BLOCK.findall(readme)[:4]
 
 
 def test_the_readme_ends_as_it_says(tmp_path, monkeypatch, capsys):
     """With the null table of its card that is shipped: no null flight is flown."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("pitotbench.bench.null_flights.open_fleet", None)
-    require_the_readme_to_hold(capsys, without=" --out gap")
+    commands, case, told, _ = readme_blocks()
+    Path("case.toml").write_text(case, encoding="utf-8")
+    for command in commands.splitlines():
+        _run(command.replace(" --out gap", ""))
+    printed = capsys.readouterr().out.splitlines()
+    assert any(are_alike(told.strip(), line) for line in printed), (told, printed)

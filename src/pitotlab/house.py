@@ -35,23 +35,25 @@ DECIDING = (
 _FAMILIES = ("cli", "simulation.maneuvers")  # pages of entries, which only the table reads
 
 # Runs a program under a profiler and writes file and first line of each function of the product that
-# is called while no module is being imported. A module is being imported while a frame named
-# <module> is on the stack.
+# is called while no module is being imported.
 _PROFILE = """
-import json, os, runpy, sys, threading
+import cProfile, json, os, runpy, sys, threading
+from importlib.machinery import SourceFileLoader
 product, out, target = sys.argv[1:4]
 sys.argv = sys.argv[3:]
-called, depth = set(), {}
-def watch(frame, event, _):
-    code, me = frame.f_code, threading.get_ident()
-    if code.co_name == "<module>" and event in ("call", "return"):
-        depth[me] = depth.get(me, 0) + (1 if event == "call" else -1)
-    elif event == "call" and depth.get(me, 0) <= START.get(me, 0):
-        if code.co_filename.startswith(product) and code.co_filename.endswith(".py"):
-            called.add((code.co_filename, code.co_firstlineno))
-START = {threading.get_ident(): 1}  # the program itself is a module as well
-threading.setprofile(watch)
-sys.setprofile(watch)
+profile, importing, execute = cProfile.Profile(builtins=False), [], SourceFileLoader.exec_module
+def unwatched(loader, module):
+    profile.disable()
+    importing.append(module)
+    try:
+        execute(loader, module)
+    finally:
+        importing.pop()
+        if not importing:
+            profile.enable()
+SourceFileLoader.exec_module = unwatched
+threading.setprofile(lambda *event: profile.enable())
+profile.enable()
 try:
     if target.endswith(".py"):
         sys.path.insert(0, os.path.dirname(target))
@@ -62,7 +64,15 @@ except SystemExit as end:
     if end.code:
         sys.exit(f"the program ended with {end.code}")
 finally:
-    sys.setprofile(None)
+    profile.disable()
+    codes = [each.code for each in profile.getstats() if not isinstance(each.code, str)]
+    called = {
+        (code.co_filename, code.co_firstlineno)
+        for code in codes
+        if code.co_filename.startswith(product)
+        and code.co_filename.endswith(".py")
+        and code.co_name != "<module>"
+    }
     with open(out, "w", encoding="utf-8") as file:
         json.dump(sorted(called), file)
 """
@@ -138,12 +148,14 @@ def long_lines(*places: Path) -> int:
 @dataclass(frozen=True, slots=True)
 class Reach:
     """The functions of the product that a program entered: their files, their number and their
-    statements, each with its head and without docstring, imports and the functions inside it.
+    statements, each with its head and without docstring, imports and the functions inside it; and
+    what the program printed.
     """
 
     files: tuple[str, ...]
     functions: int
     statements: int
+    said: str
 
 
 def reach(arguments: Sequence[str], folder: Path, product: Path = PRODUCT) -> Reach:
@@ -155,7 +167,9 @@ def reach(arguments: Sequence[str], folder: Path, product: Path = PRODUCT) -> Re
     out = folder / "entered.json"
     environment = os.environ | {"PYTHONPATH": str(product.parent)}
     program = [sys.executable, "-c", _PROFILE, str(product), str(out), *arguments]
-    subprocess.run(program, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
+    said = subprocess.run(
+        program, cwd=folder, env=environment, check=True, stdout=subprocess.PIPE, encoding="utf-8"
+    ).stdout
     entered = {(Path(file), line) for file, line in json.loads(out.read_text(encoding="utf-8"))}
     files = sorted({file for file, _ in entered})
     sizes = [
@@ -165,7 +179,7 @@ def reach(arguments: Sequence[str], folder: Path, product: Path = PRODUCT) -> Re
         if (file, line) in entered
     ]
     names = tuple(file.relative_to(product).as_posix() for file in files)
-    return Reach(names, len(sizes), sum(sizes))
+    return Reach(names, len(sizes), sum(sizes), said)
 
 
 def _sizes_of_functions(tree: ast.Module) -> Iterator[tuple[int, int]]:
@@ -187,27 +201,23 @@ def _own_statements(node: ast.AST) -> int:
 def reach_of_jobs(folder: Path) -> dict[str, Reach]:
     """Return what each job enters, of a circle at 20/1 in light turbulence flown in a folder.
 
-    `reconcile` takes the null flights of the card from the cache of this machine, and the first
-    time flies them into it. It finds no gap in such a log, so it does not fly the card again.
+    `reconcile` has the README's case without its effect, whose null flights come with the package.
+    It finds no gap in such a log, so it does not fly the card again.
     """
-    (folder / "case.toml").write_text(_CASE, encoding="utf-8")
+    (folder / "case.toml").write_text(_CASE.format("circle"), encoding="utf-8")
+    (folder / "step.toml").write_text(_CASE.format("step_decrease"), encoding="utf-8")
+    fly = [sys.executable, "-m", "pitotbench", "fly", "step.toml", "-o", "step.csv"]
+    subprocess.run(fly, cwd=folder, check=True, stdout=subprocess.DEVNULL)
     return {
         "fly": reach(["pitotbench", "fly", "case.toml", "-o", "flight.csv"], folder),
         "calibrate": reach(["pitotbench", "calibrate", "flight.csv"], folder),
-        "reconcile": _reach_with_null_flights(["pitotbench", "reconcile", "flight.csv"], folder),
+        "reconcile": reach(["pitotbench", "reconcile", "step.csv", "--aircraft", "navajo"], folder),
         "run_campaign.py": reach([str(ROOT / "scripts" / "run_campaign.py"), *_CAMPAIGN], folder),
     }
 
 
-def _reach_with_null_flights(arguments: Sequence[str], folder: Path) -> Reach:
-    subprocess.run(
-        [sys.executable, "-m", *arguments], cwd=folder, check=True, stdout=subprocess.DEVNULL
-    )
-    return reach(arguments, folder)
-
-
 _CASE = """
-maneuver = "circle"
+maneuver = "{}"
 turbulence = "light"
 
 [das]

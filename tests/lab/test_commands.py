@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 from tests.bench.test_null_tables import are_close
-from tests.test_pages_run import require_the_readme_to_hold
 
 import pitotlab
 from pitotbench.bench import workflow
@@ -114,11 +113,6 @@ def test_what_is_patched_is_read_where_it_is_patched(name):
     functions = [node for node in parsed.body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
     read = {node.id for each in functions for node in ast.walk(each) if isinstance(node, ast.Name)}
     assert attribute in read
-
-
-def test_the_readme_without_the_effect_ends_as_it_says(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    require_the_readme_to_hold(capsys, without=" --out gap", hiding=False)
 
 
 @pytest.mark.long

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from tests.test_pages_run import readme_blocks
 
 from pitotbench.campaigns.digests import _FLYING_CAMPAIGNS
 from pitotlab.house import PRODUCT, reach_of_jobs, statements_in
@@ -34,8 +35,12 @@ ROOM = {
 
 
 def test_a_job_enters_no_more_statements_than_its_limit(tmp_path: Path) -> None:
-    """The campaigns' files in the digest are among those that a campaign enters."""
+    """The campaigns' files in the digest are among those that a campaign enters. The README's case
+    without its effect ends as the README says.
+    """
     reached = reach_of_jobs(tmp_path)
+    *_, quiet = readme_blocks()
+    assert quiet.strip() in reached["reconcile"].said.splitlines()
     assert reached.keys() == ENTERED.keys()
     told = {job: each.statements for job, each in reached.items()}
     assert {job: entered for job, entered in told.items() if entered > ENTERED[job]} == {}

@@ -19,7 +19,7 @@ def test_several_differences_are_told_apart_and_those_without_effect_as_such(tmp
         ("<max_steer", "<relaxation> <value> 1 </value> </relaxation> <max_steer"),
         engine=('<displacement unit="IN3"> 541.5', '<displacement unit="IN3"> 514.4'),
     )
-    found = compare_models(str(OLD), str(new))
+    found = compare_models(str(OLD), str(new), "rapid_decel")
     by_name = {term.name: term for term in found.terms}
     drag, weight = by_name["parasite drag"], by_name["mass_balance: emptywt"]
     assert (drag.old, drag.new) == (

@@ -1,4 +1,6 @@
-"""What the signature of a lag claims is what the lag does to the log of a flight."""
+"""What the signature of a lag claims is what the lag does to the log of a flight, seen by its sensors
+alone.
+"""
 
 from dataclasses import replace
 
@@ -8,7 +10,6 @@ import pytest
 from pitotbench import Case, Flight, fly
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.equations import noise_of_log
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
@@ -21,7 +22,7 @@ from pitotbench.units import Array
 NO_EFFECTS = Catalog("effect", {})
 
 LAGS = ("pitot_lag", "air_data_latency")
-SIZE = 0.25  # s
+SIZE = 0.3  # s
 
 
 def laid_out(flight: Flight, das: str, lag: str = "") -> Layout:
@@ -29,7 +30,7 @@ def laid_out(flight: Flight, das: str, lag: str = "") -> Layout:
     effects = (EffectSpec(lag, {EFFECTS[lag].parameters[0].name: SIZE}),) if lag else ()
     late = replace(flight, case=replace(flight.case, effects=effects))
     log = record(late, data_system(das), 4712)
-    return lay_out(log, aircraft_model("navajo"), AnalysisSetting(), NO_EFFECTS)
+    return lay_out(log, None, AnalysisSetting(), NO_EFFECTS)
 
 
 def claimed_and_done(flight: Flight, without: Layout, das: str, lag: str) -> tuple[Array, Array]:

@@ -4,12 +4,15 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from pitotbench import Case, fly, reconcile, sense
 from pitotbench.records.case import EffectSpec
 
 UNWEIGHED = 180.0  # kg
 
 
+@pytest.mark.long
 def test_a_mass_that_nobody_weighed_is_patched_once(tmp_path, monkeypatch):
     """Fuel burnt to the logged mass took the patch out again, and four rounds wrote 600 kg."""
     monkeypatch.chdir(tmp_path)

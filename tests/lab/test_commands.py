@@ -138,6 +138,7 @@ def few_null_flights(monkeypatch):
     monkeypatch.setattr(workflow, "null_distribution_of", null_flights)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few_null_flights")
 def test_a_patched_airplane_is_reconciled_and_its_loop_closes(tmp_path, monkeypatch, capsys):
     """What it hides beside its patch is found and patched; a new flight shows no gap with it."""

@@ -26,6 +26,8 @@ from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT, Array
 from pitotlab import experiment as lab
+from pitotlab.made import RESULTS, write_made
+from pitotlab.tables import FIGURES, PAPER, write_figures
 
 STATED = Accuracies(
     temperature_k=1.0, recovery_factor=0.02, static_pressure_pa=50.0, velocity_mps=0.1
@@ -98,6 +100,11 @@ _ALL = (
 )
 SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scoring in _ALL})
 TURBULENCE = ("none", "light", "moderate")
+# The tables of results by scoring.
+COVERED = {
+    "constant wind": "coverage, the paper's law",
+    "command": "coverage, the command's defaults",
+}
 
 
 def score_trial(trial: lab.Trial, scorings: tuple[str, ...]) -> list[lab.Row]:
@@ -187,6 +194,28 @@ def _write(rows: pd.DataFrame, out: Path) -> None:
         print(f"{name}: {_verdict(group)}")
 
 
+def write_results(rows: pd.DataFrame, first: int, seeds: int) -> None:
+    """Write the committed table, and of each scoring the numbers of the pages and how it was made."""
+    lab.write_table(summarize(rows), RESULTS / "coverage.csv", 6)
+    for scoring, made in COVERED.items():
+        these = rows[(rows["scoring"] == scoring) & (rows["failed"] == "")]
+        flown = these.groupby(["maneuver", "turbulence", "seed"])["coverage"].mean()
+        flights = 100.0 * flown.to_numpy(float)
+        mean, deviation = np.mean(flights), np.std(flights, ddof=1) / np.sqrt(len(flights))
+        cells = summarize(these)
+        share, error = cells.coverage_percent, cells.coverage_se_percent
+        numbers = {
+            "inside": f"{mean:.1f} ± {deviation:.1f}",
+            "cells": f"{share.min():.1f} to {share.max():.1f}",
+            "below": str(int((share + 3.0 * error < 95.0).sum())),
+            "flights": str(cells.flights.min()),
+        }
+        write_figures({f"{scoring}, {name}": number for name, number in numbers.items()}, FIGURES)
+        write_figures({f"{scoring}, inside": f"{mean:.1f}"}, PAPER)
+        asked = f"--scorings '{scoring}' --first {first} --seeds {seeds}"
+        write_made(made, seeds=f"{first} to {first + seeds - 1}", command=f"coverage {asked}")
+
+
 def _verdict(cells: pd.DataFrame) -> str:
     share, band = cells.coverage_percent, cells.band_coverage_percent
     return (
@@ -209,7 +238,12 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     )
     add("--scorings", default=",".join(SCORINGS), help="names, by commas (default: %(default)s)")
     add("--out", type=Path, default=lab.OUT, help="folder (default: %(default)s)")
+    add(
+        "--page", action="store_true", help="write the numbers of the pages, of all seeds asked for"
+    )
     lab.add_budget(parser)
     options = parser.parse_args(words)
     names = [SCORINGS[name].name for name in options.scorings.split(",")]
-    verify(options.seeds, options.out, lab.budget_of(options), names, options.first)
+    rows = verify(options.seeds, options.out, lab.budget_of(options), names, options.first)
+    if options.page:
+        write_results(rows, options.first, options.seeds)

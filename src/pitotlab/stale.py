@@ -5,11 +5,9 @@ A new table is a line of `KEPT`, and `python -m pitotlab stale --keep NAME` on t
 """
 
 import csv
-import subprocess
 from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
-from datetime import UTC, datetime
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import islice
 from pathlib import Path
@@ -21,7 +19,6 @@ from pitotbench.calibration.options import CalibrationOptions, options_from
 from pitotbench.campaigns.flights import sense
 from pitotbench.campaigns.plan_file import read_plan
 from pitotbench.campaigns.task import Task
-from pitotbench.logbook.columns import atomic
 from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import NoAnswerError
@@ -35,10 +32,11 @@ from pitotlab.aircraft import FOREIGN, SYSTEM
 from pitotlab.blind.analyze import judge
 from pitotlab.broken.breaks import KINDS, broken_columns
 from pitotlab.broken.measure import answer_of, outcome_of, written
+from pitotlab.coverage import COVERED
 from pitotlab.derivatives.files import AIRPLANES
 from pitotlab.derivatives.generate import draw_cases, flown_log
 from pitotlab.drills.drivers import write_plan_file
-from pitotlab.made import RESULTS, TABLES, Made, read_made
+from pitotlab.made import RESULTS, read_made, said_by_git, write_made, write_rows
 from pitotlab.outside.moving_air import CELLS
 from pitotlab.outside.written import TRUTH, write_flight
 from pitotlab.reference_figures import FLOWN, published_figures
@@ -159,7 +157,9 @@ def of_derivatives(flight: str) -> Pair:
         return float(judge([path])["significance"]), 2.0
 
 
-def _rapid_decels(first: int, airs: Sequence[str] = ("none", "light", "moderate")) -> list[str]:
+def _rapid_decels(table: str, airs: Sequence[str] = ("none", "light", "moderate")) -> list[str]:
+    """Return the first ten flights of this maneuver of a table, by the seeds with which it was made."""
+    (first,) = (int(made.seeds.split()[0]) for made in read_made() if made.table == table)
     return [f"rapid_decel {airs[n % len(airs)]} {first + n}" for n in range(10)]
 
 
@@ -173,10 +173,11 @@ _STUDY = [
 _PLANES = islice(
     (f"{name} rapid_decel {seed}" for seed in (100_001, 100_002) for name in FOREIGN), 10
 )
+_LAW, _COMMAND = COVERED.values()
 KEPT: Mapping[str, Kept] = {
-    "coverage, the paper's law": Kept(_rapid_decels(100_001), partial(of_coverage, LAW)),
-    "coverage, the command's defaults": Kept(_rapid_decels(171_001), partial(of_coverage, COMMAND)),
-    "peers": Kept(_rapid_decels(100_001, ["light"]), partial(of_coverage, LAW)),
+    _LAW: Kept(_rapid_decels(_LAW), partial(of_coverage, LAW)),
+    _COMMAND: Kept(_rapid_decels(_COMMAND), partial(of_coverage, COMMAND)),
+    "peers": Kept(_rapid_decels("peers", ["light"]), partial(of_coverage, LAW)),
     "outside": Kept(
         [f"{cell} {seed}" for seed, cell in enumerate(list(CELLS)[:10], start=6_700_000)],
         of_outside,
@@ -240,31 +241,11 @@ def read_digits() -> dict[str, list[Digits]]:
     return found
 
 
-def _write(path: Path, kind: type[Digits] | type[Made], rows: Sequence[Digits | Made]) -> None:
-    with atomic(path) as scratch, scratch.open("w", encoding="utf-8", newline="") as file:
-        table = csv.DictWriter(file, [f.name for f in fields(kind)], lineterminator="\n")
-        table.writeheader()
-        table.writerows(map(asdict, rows))
-
-
-def _git(*words: str) -> str:
-    """Return what git says in the checkout, or nothing where there is none."""
-    done = subprocess.run(
-        ["git", *words], cwd=RESULTS, capture_output=True, encoding="utf-8", check=False
-    )
-    return done.stdout.strip()
-
-
 def keep(table: str) -> None:
     """Write the digits of a table by this build, and the build and the date beside its name."""
     digits = read_digits() | {table: digits_of(table, KEPT[table].flights)}
-    today = {
-        "build": _git("rev-parse", "--short=8", "HEAD"),
-        "date": f"{datetime.now(UTC):%Y-%m-%d}",
-    }
-    made = [Made(**asdict(m) | today) if m.table == table else m for m in read_made()]
-    _write(DIGITS, Digits, [row for rows in digits.values() for row in rows])
-    _write(TABLES, Made, made)
+    write_rows(DIGITS, [row for rows in digits.values() for row in rows])
+    write_made(table)
 
 
 def stale(every: bool = False) -> tuple[list[str], list[str]]:
@@ -274,7 +255,7 @@ def stale(every: bool = False) -> tuple[list[str], list[str]]:
     """
     lines, apart, held = [], [], read_digits()
     for made in read_made():
-        commits = _git("rev-list", "--count", f"{made.build}..HEAD", "--", *_JUDGED)
+        commits = said_by_git("rev-list", "--count", f"{made.build}..HEAD", "--", *_JUDGED)
         head = (
             f"{made.table} ({made.date}, {made.build}, {commits or '?'} commits to the calibration)"
         )

@@ -5,7 +5,6 @@ A new table is a function and a line of `TABLES`. What stands around a table is 
 """
 
 import csv
-import inspect
 import re
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
 
 DOCS = Path(__file__).parents[2] / "docs"
 FIGURES = DOCS / "how-good-is-it.md"  # holds the measured numbers
+PAPER = DOCS / "paper.md"  # holds some of them
 Rows = Iterator[Sequence[str]]
 Numbers = dict[str, float | list[float]]
 
@@ -133,11 +133,13 @@ def command_rows() -> Rows:
 
 
 def python_rows() -> Rows:
-    """Yield a row for each public name of Python: the first line of what is said of it."""
-    for name in pitotbench.__all__:
-        said = inspect.getdoc(getattr(pitotbench, name)) if name != "__version__" else ""
-        line = " ".join((said or "The version, as text.").partition("\n\n")[0].split())
-        yield [f"`{name}`", re.split(r"(?<=[.;:])\s", line)[0].rstrip(";:.") + "."]
+    """Yield the public names of Python, the records, the errors and the functions apart."""
+    names = sorted(pitotbench.__all__, key=str.lower)
+    errors = [each for each in names if each.endswith("Error")]
+    records = [each for each in names if each[0].isupper() and each not in errors]
+    others = [each for each in names if each not in (*errors, *records)]
+    for kind, some in (("records", records), ("errors", errors), ("functions", others)):
+        yield [kind, ", ".join(f"`{each}`" for each in some)]
 
 
 def claim_rows() -> Rows:
@@ -177,7 +179,7 @@ TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
     },
     ("case.md", "| maneuver | entries and defaults |"): card_rows,
     ("contract.md", "| command | arguments | flags |"): command_rows,
-    ("contract.md", "| name | what it is |"): python_rows,
+    ("contract.md", "| what | names |"): python_rows,
     ("claims.md", "| claim | the paper | measured | reproduced | in part |"): claim_rows,
     ("claims.md", "| claim | verdict | ours |"): verdict_rows,
     ("how-good-is-it.md", "| table | rows | build | date | seeds | command |"): made_rows,

@@ -21,6 +21,7 @@ from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import write_case
 from pitotbench.simulation.modified import install_variant
 from pitotlab.__main__ import COMMANDS, main
+from pitotlab.coverage import COVERED
 from pitotlab.null_tables import SETTING, stock_cards
 from pitotlab.speed import ratios
 from pitotlab.speed.commands import Line
@@ -78,7 +79,9 @@ def test_the_page_has_a_place_for_every_number_that_a_command_writes(tmp_path, m
         monkeypatch.setitem(ratios.PARTS, "fits", lambda lines=lines: iter(lines))
         assert main(["speed", "--only", "fits", "--page"]) == 0
         assert f"<!-- {figure} -->7.8<!-- / -->" in page.read_text("utf-8")
-    write_figures(dict.fromkeys(("part share", "parts right", "parts", "parts wrong"), "5"), page)
+    parts = ("part share", "parts right", "parts", "parts wrong")
+    covered = [f"{s}, {n}" for s in COVERED for n in ("inside", "cells", "below", "flights")]
+    write_figures(dict.fromkeys((*parts, *covered), "5"), page)
     rest = r"(<!-- [^/]* -->).*?(<!-- / -->)"
     before, after = (re.sub(rest, r"\1\2", p.read_text("utf-8")) for p in (FIGURES, page))
     assert before == after

@@ -6,7 +6,7 @@ import pytest
 
 from pitotlab import stale as module
 from pitotlab.__main__ import main
-from pitotlab.made import Made, read_made
+from pitotlab.made import Made, read_made, said_by_git
 from pitotlab.stale import APART, KEPT, Digits, Kept, digits_of, moved, read_digits, stale
 
 KNOWN = Digits("study", "smooth rapid_decel 7700001", 1.0, 0.5)
@@ -74,9 +74,9 @@ def test_a_stale_table_is_listed_and_ends_with_one(monkeypatch, capsys):
     )
 
 
-@pytest.mark.skipif(not module._git("rev-parse", "HEAD"), reason="no checkout")
+@pytest.mark.skipif(not said_by_git("rev-parse", "HEAD"), reason="no checkout")
 def test_the_commits_beside_are_those_of_the_calibration():
     """The paths are of the checkout, wherever git is called."""
-    listed = module._git("ls-files", *module._JUDGED)
+    listed = said_by_git("ls-files", *module._JUDGED)
     assert "calibration/reduction.py" in listed
     assert "estimation/" in listed

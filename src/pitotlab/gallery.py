@@ -77,6 +77,11 @@ class Entry:
     command: str
     hold: Callable[[Path], Held]
 
+    @property
+    def origin(self) -> str:
+        """Where log and truth come from."""
+        return f"Log: {self.source}. Truth: {self.truth}."
+
 
 def _handbook(path: Path) -> Held:
     curve, (indicated, calibrated) = calibrate(path).curve, HANDBOOK.T
@@ -187,7 +192,7 @@ def _lift_slope(path: Path) -> Held:
     )
 
 
-_PERLAN = "Perlan 2 glider, flight {} of 2018, {} recorder (IGC, 1 Hz): Society of Flight Test Engineers, perlan-data"
+_PERLAN = "a glider in lee waves, 2018 (IGC, 1 Hz): Society of Flight Test Engineers, perlan-data"
 _SONDE = "the radiosonde of the day at the airfield; in lee waves, hours and miles away, it may differ by 25 kt"
 _JET = "a jet decelerates and turns, 20 Hz: SaguaroAerospaceResearch/JMOSS (MIT)"
 _BALLOON = "the pressure of a weather balloon at GPS height, to 0.5 hPa"
@@ -223,7 +228,7 @@ ENTRIES = (
         Entry(
             f"Perlan 2, flight {number}, {place} recorder",
             f"perlan/flight{number}-{place}.igc.gz",
-            _PERLAN.format(number, place),
+            _PERLAN,
             _SONDE,
             "calibrate {}",
             _sonde,
@@ -262,9 +267,10 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     add("--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data")))
     add("--page", action="store_true", help=f"write {PAGE} and its pictures")
     options = parser.parse_args(words)
-    found = []
+    found, told = [], ""
     for entry in ENTRIES:
-        lines = list(_section(entry, options.data, options.page))
+        lines = list(_section(entry, options.data, options.page, told))
+        told = entry.origin
         print(*lines, "", sep="\n", flush=True)
         found += [*lines, ""]
     if options.page:
@@ -276,15 +282,17 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         )
 
 
-def _section(entry: Entry, data: Path, draw: bool) -> Iterator[str]:
+def _section(entry: Entry, data: Path, draw: bool, told: str = "") -> Iterator[str]:
+    """Yield the lines of an entry; what is told of the origin of the one before is not said again."""
     path = data / entry.path
     yield f"### {entry.title}"
     yield ""
     if not path.is_file():
         yield f"Left out: {entry.path} is not in the folder of logs."
         return
-    yield f"Log: {entry.source}. Truth: {entry.truth}."
-    yield ""
+    if entry.origin != told:
+        yield entry.origin
+        yield ""
     yield f"`pitotbench {entry.command.format(path.name)}`"
     yield ""
     try:

@@ -34,7 +34,9 @@ from pitotbench.reconciliation.null_distribution import (
     read_distribution,
     text_of,
 )
+from pitotbench.records.case import EffectSpec
 from pitotbench.simulation.aircraft import PACKAGE
+from pitotbench.simulation.modified import install_variant
 
 TEN = np.arange(1.0, 11.0)
 NOISE = NoiseModel(
@@ -318,6 +320,29 @@ def test_a_reconciliation_hands_on_its_card_the_setting_and_keeping(monkeypatch)
             judge_logs(named, aircraft, setting=AnalysisSetting(static_error=True), keep=False)
     setting = AnalysisSetting(day_known=True, instruments_known=True, static_error=True)
     assert asked == [(CARD, setting, False)] * 2
+
+
+def test_a_patched_airplane_is_judged_by_the_floor_of_the_airplane_before(tmp_path, monkeypatch):
+    """Each patch cost the null flights of a card anew. Who edits an airplane by hand states no
+    bounds: it is flown itself."""
+    monkeypatch.chdir(tmp_path)
+    pod = [EffectSpec("belly_pod", {"drag_area_m2": 0.15})]
+    bounds = {"two_sigma": {"belly_pod": {"drag_area_m2": 0.02}}}
+    install_variant("navajo", "pod", pod, bounds)
+    install_variant("navajo+pod", "more", [EffectSpec("mass", {"mass_kg": 90.0})], bounds)
+    install_variant("navajo", "edited", pod)
+    asked: list[Case] = []
+
+    def stop(card: Case, *_: object) -> None:
+        asked.append(card)
+        raise BadInputError("far enough")
+
+    monkeypatch.setattr(workflow, "null_distribution_of", stop)
+    for aircraft in ("navajo+pod+more", "navajo+edited"):
+        card = replace(CARD, aircraft=aircraft)
+        with pytest.raises(BadInputError, match="far enough"):
+            judge_logs([NamedLog("log", LOG, card)], aircraft)
+    assert asked == [CARD, replace(CARD, aircraft="navajo+edited")]
 
 
 def test_the_time_that_is_left_is_told_while_null_flights_are_flown():

@@ -1,11 +1,9 @@
 """Fly the card of a log again in the simulator, without and with the patch."""
 
-import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from math import atan2, hypot, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,10 +26,6 @@ from pitotbench.records.gap import FlownAgain
 from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import Maneuvers
 
-if TYPE_CHECKING:
-    pass
-
-
 # Difference from which another pilot is tried: two flights of one pilot differ by some 0.15.
 OTHER_PILOT = 0.3
 # difference of the logarithms below which other gusts are no reason for another motion
@@ -52,8 +46,8 @@ def fly_again(
     with effects.
 
     Where the airplane of the log moves to and fro as under another hand than that of the card, in
-    gusts of the same strength, the card is flown by the pilot whose hand is nearest. Returns only a
-    reason where there is no card, or where it cannot be flown.
+    gusts of the same strength, the card is flown by the pilot whose hand is nearest in one flight
+    with the effects. Returns only a reason where there is no card, or where it cannot be flown.
     """
     if isinstance(log, Maneuvers):
         return FlownAgain(skipped="maneuvers have no card")
@@ -70,38 +64,30 @@ def fly_again(
         0
     ]  # means of segments are compared, and the slowest rate gives them too
     base = replace(card, wind=wind_of_log(log), effects=(), integration_rate=slow)
+    trial, others = range(SEED, SEED + 1), range(SEED + 1, SEED + FLIGHTS)
     try:
-        found = _flights([base], effects)
+        tried = {base.pilot: _flights(base, effects, trial)}
+        if (
+            control_activity_difference(log, tried[base.pilot]) > OTHER_PILOT
+            and gust_difference(log, tried[base.pilot]) < SAME_GUSTS
+        ):
+            for other in set(PILOTS) - {base.pilot}:
+                with suppress(BadInputError):  # a card may be too hard for another pilot
+                    tried[other] = _flights(replace(base, pilot=other), effects, trial)
+        pilot = min(tried, key=lambda p: control_activity_difference(log, tried[p]))
+        flown = replace(base, pilot=pilot)
+        after = [*tried[pilot], *_flights(flown, effects, others)]
+        before = _flights(flown, (), range(SEED, SEED + FLIGHTS)) if effects else after
     except BadInputError as error:
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
-    pilot, (_, after) = base.pilot, found[base.pilot]
-    if (
-        control_activity_difference(log, after) > OTHER_PILOT
-        and gust_difference(log, after) < SAME_GUSTS
-    ):
-        with suppress(BadInputError):  # a card may be too hard for another pilot
-            found |= _flights([replace(base, pilot=p) for p in PILOTS if p != base.pilot], effects)
-        pilot = min(found, key=lambda p: control_activity_difference(log, found[p][1]))
-    compared = compare_cards(log, *found[pilot])
+    compared = compare_cards(log, before, after)
     return compared if pilot == base.pilot else replace(compared, pilot=pilot)
 
 
-def _flights(
-    cards: Sequence[Case], effects: Sequence[EffectSpec]
-) -> dict[str, tuple[list[FlightLog], list[FlightLog]]]:
-    """Flights of some cards by their pilots, without and with effects."""
-    numbers = range(SEED, SEED + FLIGHTS)
-    plain = [replace(card, truth_seed=n, sensor_seed=n) for card in cards for n in numbers]
-    patched = [replace(case, effects=tuple(effects)) for case in plain] if effects else []
-    # Processes of their own take as long to load as these flights take; those of other pilots are
-    # more.
-    jobs = min(os.cpu_count() or 1, FLIGHTS) if len(cards) > 1 else 1
-    logs = require_all(run_tasks(fly_case, [*plain, *patched], jobs))
-    before, after = logs[: len(plain)], logs[len(plain) :] or logs
-    parts = [slice(i * FLIGHTS, (i + 1) * FLIGHTS) for i in range(len(cards))]
-    return {
-        card.pilot: (before[part], after[part]) for card, part in zip(cards, parts, strict=True)
-    }
+def _flights(card: Case, effects: Sequence[EffectSpec], numbers: Sequence[int]) -> list[FlightLog]:
+    """Flights of a card with some effects, a number of seeds each."""
+    cases = [replace(card, truth_seed=n, sensor_seed=n, effects=tuple(effects)) for n in numbers]
+    return require_all(run_tasks(fly_case, cases, jobs=1))
 
 
 def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:

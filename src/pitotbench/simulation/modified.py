@@ -135,6 +135,15 @@ def patched_sizes(aircraft: str) -> dict[tuple[str, str], float]:
     return _sum(patched_sizes(table["aircraft"]), own)
 
 
+def unpatched(aircraft: str) -> str:
+    """Return the airplane before the patches that logs showed: those whose `variant.toml` states
+    bounds. Any other airplane is itself.
+    """
+    table = _origin(aircraft)
+    measured = table is not None and "two_sigma" in table.get("provenance", {})
+    return unpatched(table["aircraft"]) if table is not None and measured else aircraft
+
+
 def patched_mass(aircraft: str) -> float:
     """Return the mass that the patches of an aircraft add to that of its weight sheet [kg]."""
     return patched_sizes(aircraft).get((MASS.name, "mass_kg"), 0.0)

@@ -19,7 +19,7 @@ def test_the_turned_cells_give_the_evidence_of_the_whole_matrix(
     members: int, power: float, own: int
 ) -> None:
     """The fourth cell is the sum of two others: the powers of the turned ones include a zero."""
-    every = np.random.default_rng(members).normal(size=(9, 40))
+    every = np.random.default_rng(members).normal(size=(10, 40))
     every[3] = every[0] + every[1]
     evidence = Information(every @ every.T)
     found = discrepancy_of("all", CELLS, evidence, 0.25)
@@ -31,4 +31,7 @@ def test_the_turned_cells_give_the_evidence_of_the_whole_matrix(
     unit = 1.0 / np.sqrt(np.diag(evidence.inner)[CELLS] * len(CELLS))
     direct = [whole.posterior(CELLS, size * unit).log_evidence for size in THRESHOLDS.rest_sizes]
     wanted = logsumexp(direct) + np.log(0.25 / len(THRESHOLDS.rest_sizes))
-    assert found.log_evidence(marginal, further, wide) == pytest.approx(wanted, rel=1e-9)
+    # beside other hypotheses, which take no part in it
+    others = [([8], np.array([1.3])), ([], np.zeros(0))]
+    _, value, _ = found.log_evidences(marginal, [others[0], (further, wide), others[1]])
+    assert value == pytest.approx(wanted, rel=1e-9)

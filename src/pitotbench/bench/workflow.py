@@ -184,9 +184,9 @@ def _judged(
         return JudgedLog(named.name, named.log, layout, floor, None)
     flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
     # A patch moves the floor by less than the error of a floor of a few flights.
-    floor = flown
+    null_card = flown
     if flown is not None and model is not None:
-        floor = as_flown(replace(flown, aircraft=unpatched(flown.aircraft)), named.log)
+        null_card = as_flown(replace(flown, aircraft=unpatched(flown.aircraft)), named.log)
         flown = as_flown(flown, named.log)
     setting = replace(
         setting or AnalysisSetting(),
@@ -195,8 +195,8 @@ def _judged(
         instruments_known=flown is not None,
     )
     of_card = (
-        null_distribution_of(floor, null_flights, progress, setting, keep)
-        if floor is not None
+        null_distribution_of(null_card, null_flights, progress, setting, keep)
+        if null_card is not None
         else None
     )
     layout = lay_out(named.log, model, setting)

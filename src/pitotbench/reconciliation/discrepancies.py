@@ -32,19 +32,17 @@ class Discrepancy:
     powers: Array
     log_prior: float
 
-    def log_evidence(
-        self,
-        marginal: Marginal,
-        columns: Sequence[int] = (),
-        deviations: Sequence[float] | Array = (),
-    ) -> float:
-        """Return the logarithm of prior times evidence of the discrepancy, in any of its sizes.
+    def log_evidences(
+        self, marginal: Marginal, hypotheses: Sequence[tuple[Sequence[int], Array]]
+    ) -> list[float]:
+        """Return the logarithm of prior times evidence of the discrepancy, in any of its sizes,
+        with each of some hypotheses in the fit as well as the members that are fitted with it.
 
-        A hypothesis with some columns, (q,), and prior deviations, (q,), is in the fit as well as
-        the members that are fitted with it.
+        A hypothesis has some columns, (q,), with prior deviations, (q,); none are the members alone.
         """
         inner, cells = marginal.left.inner, list(self.cells)
-        rows, scale = [*columns, -1], np.array([*deviations, 1.0])
+        rows = [*(c for columns, _ in hypotheses for c in columns), -1]
+        scale = np.concatenate([*(deviations for _, deviations in hypotheses), [1.0]])
         own = inner[np.ix_(rows, rows)] * np.outer(scale, scale)
         across = self.turn @ (inner[np.ix_(cells, rows)] * scale)
         sizes = np.square(THRESHOLDS.rest_sizes)[:, None]
@@ -57,8 +55,14 @@ class Discrepancy:
         fall = across.T @ (across * weight)
         fall = fall + np.swapaxes(between, 1, 2) @ np.linalg.solve(members, between)
         occam = np.log(spread).sum(axis=1) + np.linalg.slogdet(members)[1]
-        with_cells = _log_evidence(own - fall) + 0.5 * (fall[:, -1, -1] - occam)
-        return float(self.log_prior + np.logaddexp.reduce(with_cells) - _log_evidence(own))
+        left, found, first = own - fall, list[float](), 0
+        for columns, _ in hypotheses:
+            each = [*range(first, first + len(columns)), -1]
+            first += len(columns)
+            with_cells = _log_evidence(left[:, each][:, :, each]) + 0.5 * (fall[:, -1, -1] - occam)
+            alone = _log_evidence(own[np.ix_(each, each)])
+            found.append(float(self.log_prior + np.logaddexp.reduce(with_cells) - alone))
+        return found
 
 
 def discrepancy_of(

@@ -451,21 +451,25 @@ class Regression:
             prior = self._log_priors[name] + (unknown if is_term(name) else known)
             weighed, member = self._member(marginal.left, name)
             values[name], members[name] = float(prior + weighed), member
-        for name in sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]:
-            left = logsumexp([*self._of_discrepancies(marginal, members[name]).values()])
-            values[name] += float(np.logaddexp(np.log1p(-share), np.log(share) + left))
+        best = sorted(values, key=lambda n: -values[n])[: THRESHOLDS.rested]
+        alone, *beside = self._of_discrepancies(marginal, [NOTHING, *(members[n] for n in best)])
+        for name, each in zip(best, beside, strict=True):
+            left = np.log(share) + logsumexp([*each.values()])
+            values[name] += float(np.logaddexp(np.log1p(-share), left))
         half = unknown + (np.log(0.5) if any(map(is_term, names)) else 0.0)
-        alone = self._of_discrepancies(marginal, NOTHING)
         return values, {place: value + half for place, value in alone.items()}, members
 
-    def _of_discrepancies(self, marginal: Marginal, member: FittedHypothesis) -> dict[str, float]:
-        """The logarithm of prior times evidence of the discrepancies of each place, with a
-        hypothesis in the fit as well.
+    def _of_discrepancies(
+        self, marginal: Marginal, members: Sequence[FittedHypothesis]
+    ) -> list[dict[str, float]]:
+        """The logarithm of prior times evidence of the discrepancies of each place, with each of
+        some hypotheses in the fit as well.
         """
-        found: dict[str, float] = {}
+        found: list[dict[str, float]] = [{} for _ in members]
+        hypotheses = [(member.columns, member.deviations) for member in members]
         for each in self._discrepancies:
-            value = each.log_evidence(marginal, member.columns, member.deviations)
-            found[each.place] = float(np.logaddexp(found.get(each.place, -np.inf), value))
+            for places, value in zip(found, each.log_evidences(marginal, hypotheses), strict=True):
+                places[each.place] = float(np.logaddexp(places.get(each.place, -np.inf), value))
         return found
 
     def _member(self, evidence: Information, name: str) -> tuple[float, FittedHypothesis]:

@@ -193,10 +193,27 @@ def test_a_changed_coefficient_is_told_beside_that_of_the_file(corrected):
     assert (slope.measured.name, told["roll_damping"].measured.name) == ("per rad", "per p b/2V")
 
 
+def test_a_coefficient_without_a_gap_is_told_with_its_bound(corrected):
+    """It is fitted together with those that have one. A share of its own that is known to less than
+    a fifth is told."""
+    told = {(each.effect, each.parameter): each for each in corrected.account.coefficients}
+    gaps = {(name, size) for name, (size, _) in CAUSES.items()}
+    assert {key for key, each in told.items() if each.has_gap} == gaps
+    rest = {key: each for key, each in told.items() if key not in gaps}
+    assert {("pitch_stiffness", "change"), ("pitch_damping", "change")} <= rest.keys()
+    for each in rest.values():
+        assert abs(each.measured.value - each.model) < each.measured.two_sigma
+        assert each.measured.two_sigma < 0.4 * abs(each.model)
+
+
 def test_an_airplane_as_its_file_says_differs_in_nothing():
     outcome = _reconciled(_maneuver(3))
     assert outcome.verdict.kind == "no_gap"
     assert outcome.patch.entries == ()
+    told = {each.effect: each for each in outcome.account.coefficients}
+    assert not any(each.has_gap for each in told.values())
+    slope = told["lift_slope"]
+    assert abs(slope.measured.value - slope.model) < slope.measured.two_sigma < 0.1 * slope.model
 
 
 def test_a_term_that_only_this_file_has_is_found_by_its_function():

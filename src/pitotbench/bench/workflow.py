@@ -44,7 +44,7 @@ from pitotbench.reconciliation.pictures import (
 from pitotbench.reconciliation.regression import Fitted, effect_and_size, is_term
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.shown_flight import ShownFlight, largest_gap
-from pitotbench.reconciliation.verdict import Judged, judge
+from pitotbench.reconciliation.verdict import Judged, agreeing_changes, judge
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import Case, EffectSpec
@@ -354,7 +354,9 @@ def reconcile_fully(
             *reported_warnings([*logs, *([holdout] if holdout else [])], verdict),
         ),
         chosen=choose,
-        coefficients=coefficients_along(aircraft, shown, verdict.gaps),
+        coefficients=coefficients_along(
+            aircraft, shown, verdict.gaps, agreeing_changes(judged.fitted)
+        ),
         following=following,
         legs=briefing(aircraft, following),
     )
@@ -460,11 +462,16 @@ def reported_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, 
 
 
 def coefficients_along(
-    aircraft: str, shown: ShownFlight, gaps: Iterable[Gap]
+    aircraft: str,
+    shown: ShownFlight,
+    gaps: Iterable[Gap],
+    agreeing: Iterable[tuple[str, Estimate]] = (),
 ) -> tuple[Coefficient, ...]:
-    """Return the coefficients of a model along a flight, and the measured ones, that gaps change."""
+    """Return the coefficients of a model along a flight, and the measured ones, that gaps change,
+    and those that show no gap.
+    """
     model = shown.block.layout.reference.force_model
-    return () if model is None else measured_coefficients(aircraft, model.coarse, gaps)
+    return () if model is None else measured_coefficients(aircraft, model.coarse, gaps, agreeing)
 
 
 def entries(patch: Patch) -> tuple[EffectSpec, ...]:

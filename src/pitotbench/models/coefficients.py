@@ -79,20 +79,25 @@ def _regressor(variable: str, motion: Motion, wing: Sequence[float]) -> Array:
 
 
 def measured_coefficients(
-    aircraft: str, motion: Motion, gaps: Iterable[Gap]
+    aircraft: str,
+    motion: Motion,
+    gaps: Iterable[Gap],
+    agreeing: Iterable[tuple[str, Estimate]] = (),
 ) -> tuple[Coefficient, ...]:
     """Return the coefficients of a model along a motion and the measured ones, of the first cause
-    of each gap; () where none changes terms of the model's file.
+    of each gap, then of effects that show no gap by their sizes; () where none changes terms of the
+    model's file.
     """
     firsts = [gap.causes[0] for gap in gaps if gap.causes]
-    changes = [(c.name, s) for c in firsts for s in c.sizes if s.name.endswith(CHANGE)]
+    changes = [(c.name, s, True) for c in firsts for s in c.sizes if s.name.endswith(CHANGE)]
+    changes += [(name, size, False) for name, size in agreeing]
     if not changes:
         return ()
     baseline = read_baseline(find_aircraft(aircraft))
     plant = Plant.load(aircraft, RATE, at_once=True)
     forces = measure_forces(plant, motion, [f.name for f in baseline.functions if f.name])
     found = list[Coefficient]()
-    for name, size in changes:
+    for name, size, has_gap in changes:
         effect = effect_of(name)
         if not isinstance(effect, AircraftEffect):
             continue
@@ -103,5 +108,5 @@ def measured_coefficients(
         if each := [coefficient(term, forces, motion) for term in own]:
             value, unit = sum(value or 0.0 for value, _ in each), each[0][1]
             measured = Estimate(unit, value * (1.0 + size.value), abs(value) * size.two_sigma)
-            found.append(Coefficient(name, size.name, value, measured))
+            found.append(Coefficient(name, size.name, value, measured, has_gap))
     return tuple(found)

@@ -496,6 +496,10 @@ class Regression:
         both = np.logaddexp(plain.log_evidence, opened.log_evidence + extra) - np.log(2.0)
         return float(both), member
 
+    def of_typical_size(self, name: str) -> FittedHypothesis:
+        """A hypothesis as a member of a fit whose sizes are as large as is typical."""
+        return FittedHypothesis(name, self.columns[name], self._priors[name].typical)
+
     def held_out(
         self, members: Sequence[FittedHypothesis], new: Sequence[FittedHypothesis]
     ) -> float:

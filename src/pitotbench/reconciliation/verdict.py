@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pitotbench.effects import effect_of
+from pitotbench.effects import OWN_TERMS, effect_of
+from pitotbench.effects.airframe import CONTROL_EFFECTIVENESS
+from pitotbench.effects.stability import CHANGE
 from pitotbench.reconciliation.closure import closes, joined_closure
 from pitotbench.reconciliation.equations import (
     Fit,
@@ -346,6 +348,34 @@ def _estimates(sizes: Sizes) -> tuple[Estimate, ...]:
         Estimate(key[1], size, 2.0 * float(np.hypot(deviation, THRESHOLDS.size_error * size)))
         for key, size, deviation in each
     )
+
+
+# 1σ of a coefficient, as a share of it, from which it is not told (Tischler and Remple 2012, ch. 12)
+LEAST_SHOWN = 0.2
+
+
+def agreeing_changes(fitted: Fitted) -> list[tuple[str, Estimate]]:
+    """Return the changes of those derivatives in which maneuvers show no gap, fitted together with
+    all gaps and one another: only those that the maneuvers show. Empty for any other log.
+    """
+    regression = fitted.regression
+    if not all(block.layout.setting.maneuvers for block in regression.blocks):
+        return []
+    gaps = {cause_of(effect_and_size(m.name)[0]) for m in fitted.members if not is_term(m.name)}
+    agreeing = {
+        name: effect
+        for name in regression.columns
+        for effect in OWN_TERMS & {effect_and_size(name)[0]}
+        if cause_of(effect) not in gaps and effect != CONTROL_EFFECTIVENESS.name
+    }
+    sizes = regression.sizes([*fitted.members, *map(regression.of_typical_size, agreeing)])
+    return [
+        (effect, size)
+        for (effect, _), size in zip(sizes.keys, _estimates(sizes), strict=True)
+        if effect in agreeing.values()
+        and size.name.endswith(CHANGE)
+        and size.two_sigma < 2.0 * LEAST_SHOWN
+    ]
 
 
 def _certain(counted: Sequence[Candidate], left: float) -> list[Gap]:

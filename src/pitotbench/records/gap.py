@@ -191,13 +191,14 @@ class FlownAgain:
 @dataclass(frozen=True, slots=True)
 class Coefficient:
     """A coefficient of a model's file: the effect and the size that change it, the model's own and
-    the measured one, which goes by its unit.
+    the measured one, which goes by its unit, and whether the log shows a gap in it.
     """
 
     effect: str
     parameter: str
     model: float
     measured: Estimate
+    has_gap: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -194,6 +194,8 @@ COEFFICIENT_COLUMNS: tuple[Column[Coefficient], ...] = (
     Column("", lambda each: each.measured.value, key="measured"),
     Column("", lambda each: each.measured.two_sigma, key="two_sigma"),
     Column("", lambda each: each.measured.name, key="unit"),
+    Column("", lambda each: "" if each.has_gap else "no gap"),
+    Column("", lambda each: each.has_gap, key="has_gap"),
 )
 
 

@@ -38,7 +38,8 @@ class Discrepancy:
         """Return the logarithm of prior times evidence of the discrepancy, in any of its sizes,
         with each of some hypotheses in the fit as well as the members that are fitted with it.
 
-        A hypothesis has some columns, (q,), with prior deviations, (q,); none are the members alone.
+        A hypothesis has some columns, (q,), with prior deviations, (q,); none of them stand for the
+        members alone.
         """
         inner, cells = marginal.left.inner, list(self.cells)
         rows = [*(c for columns, _ in hypotheses for c in columns), -1]

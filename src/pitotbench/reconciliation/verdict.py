@@ -350,7 +350,7 @@ def _estimates(sizes: Sizes) -> tuple[Estimate, ...]:
     )
 
 
-# 1σ of a coefficient, as a share of it, from which it is not told (Tischler and Remple 2012, ch. 12)
+# 1σ of a coefficient, as a share, from which it is not told (Tischler and Remple 2012, ch. 12)
 LEAST_SHOWN = 0.2
 
 

@@ -97,3 +97,10 @@ def test_the_account_of_a_log_says_what_reconcile_needs(log: FlightLog) -> None:
 
     assert answered(replace(log, header={}, **BARE))
     assert not answered(replace(log, header={}, elevator=None))
+
+
+def test_rising_air_is_no_cause_where_only_the_lift_would_show_it(start: FlightLog) -> None:
+    """On logs without vanes it stood for what the form of another lift slope leaves open."""
+    both = Catalog("effect", {name: EFFECTS[name] for name in ("updraft", "lift_slope")})
+    layout = lay_out(replace(start, **BARE), aircraft_model("c172x"), AnalysisSetting(), both)
+    assert {each.effect for each in layout.signatures} == {"lift_slope"}

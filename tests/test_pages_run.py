@@ -21,6 +21,10 @@ PAGES = [
 ] + [DOCS / name for name in ("api.md", "case.md", "reconcile.md", "scale.md")]
 # They fly and judge for ten seconds and more each: `make test-lab` runs them.
 LONG = ("student", "engineer", "case", "reconcile", "scale")
+# What a page tells of what its commands print.
+PRINTED = {
+    "drone": "disagree: column 'air_temperature_degc': an air temperature does not rise with"
+}
 _BLOCK = re.compile(r"^```(console|toml|python|csv)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _README_BLOCK = re.compile(r"^```(?:toml)?\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
@@ -56,6 +60,7 @@ def run_page(page: Path, folder: Path) -> None:
 def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run_page(page, tmp_path)
+    assert PRINTED.get(page.stem, "") in capsys.readouterr().out
 
 
 def are_alike(told: str, printed: str) -> bool:

@@ -200,16 +200,16 @@ def test_a_leg_of_more_than_a_turn_is_briefed_in_turns(plan):
     """At 130 KCAS and 45° of bank 145 s are about three turns: the heading at the end tells no
     number of them.
     """
-    (turns,) = (c for c in LEG_COLUMNS if c.heading == "turns through")
-    said = [turns.text(leg) for leg in plan.forecasts[0].legs]
-    assert said[2].startswith("3 turns and ")
+    (bank,) = (c for c in LEG_COLUMNS if c.heading == "bank")
+    said = [bank.text(leg) for leg in plan.forecasts[0].legs]
+    assert said[2].startswith("45° right, 3 turns and ")
     for leg in plan.forecasts[0].legs:
-        whole, _, rest = turns.text(leg).rpartition(" and ")
+        whole, _, rest = bank.text(leg).partition(", ")[2].rpartition(" and ")
         degrees = 360.0 * float(whole.split()[0] if whole else 0.0) + float(rest.rstrip("°"))
         assert degrees == pytest.approx(leg.turned / DEGREE, abs=2.5)
     level = replace(plan.forecasts[0].legs[0], bank=0.0)
-    assert turns.text(level) == "–"
-    assert turns.text(replace(level, bank=0.5, turned=2.0 * np.pi)) == "1 turn"
+    assert bank.text(level) == "level"
+    assert bank.text(replace(level, bank=0.5, turned=2.0 * np.pi)).endswith(", 1 turn")
 
 
 def test_box_and_minutes_exclude_and_what_cannot_be_flown_is_said():

@@ -12,6 +12,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
@@ -479,6 +480,18 @@ def test_a_refusal_speaks_of_fields_not_of_flags() -> None:
     assert part["nodes"][0] == inside | {"text": in_fields(said)}
     missing = "missing column. A log with other names needs a mapping file: `pitotbench map` drafts"
     assert in_fields(missing).endswith("with other names is read by the draft below: correct it")
+
+
+def test_the_airspeeds_of_the_list_are_those_of_the_answer() -> None:
+    """Of the others they are the log's."""
+    answered, other = (replace(found(name).flight, airspeeds=(0.0, 110.0)) for name in "ab")
+    curve = SimpleNamespace(indicated_airspeed=np.array([58.0, 80.0, 116.0]))
+    desk: Any = SimpleNamespace(
+        found=[SimpleNamespace(flight=answered), SimpleNamespace(flight=other)],
+        chosen=(0,),
+        answer=SimpleNamespace(result=SimpleNamespace(curve=curve)),
+    )
+    assert [each.airspeeds for each in words._flights(desk)] == [(58.0, 116.0), (0.0, 110.0)]
 
 
 def test_the_example_is_a_flight_that_is_read(tmp_path: Path) -> None:

@@ -501,3 +501,20 @@ def test_a_faulty_row_that_empties_a_block_is_left_out_of_all():
     assert not found.residuals.used[rows].any()
     bound = np.hypot(found.curve.two_sigma, good.curve.two_sigma)
     assert np.all(np.abs(found.curve.correction - good.curve.correction) < 0.5 * bound)
+
+
+@pytest.mark.parametrize(("legs", "curves"), [(3, 0), (6, 1)])
+def test_a_card_of_one_point_has_one_answer(legs, curves, tmp_path, capsys):
+    """Its curve, over a knot or two, said another correction with another bound."""
+    path = tmp_path / "legs.csv"
+    path.write_text(
+        "point,indicated_airspeed_kt,pressure_altitude_ft,air_temperature_degc,"
+        "ground_speed_kt,track_deg\n"
+        + "\n".join(
+            f"{1 + row // 3},{100 + 20 * (row // 3)},5000,5,{speed + 22 * (row // 3)},{track}"
+            for row, (speed, track) in enumerate(2 * [(118, 358), (104, 92), (96, 181)])
+            if row < legs
+        ),
+        encoding="utf-8",
+    )
+    assert told(capsys, "fixed-speed", path).count("\ncurve\n") == curves

@@ -1,5 +1,6 @@
 """Typed legs, cards written by hand and their plans, in numbers. Loads no drawing library."""
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -103,8 +104,10 @@ CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
 
 def card_tree(card: HandCard) -> list[Node]:
     """A card written by hand: what to add at each point of one configuration, its slips, the
-    points, and the curve of each configuration with what is assumed of it.
+    points, and the curve of each configuration with what is assumed of it. A configuration with one
+    point has that in place of a curve.
     """
+    counted = Counter(p.configuration for p in card.points)
     found = [
         Correction(*(each / KNOT for each in (p.indicated_airspeed, p.correction, p.two_sigma)))
         for p in card.points
@@ -119,6 +122,7 @@ def card_tree(card: HandCard) -> list[Node]:
         *(
             Table(CURVE_COLUMNS, curve_points(curve), ", ".join(filter(None, ("curve", name))))
             for name, curve in card.curves.items()
+            if counted[name] > 1
         ),
     ]
 

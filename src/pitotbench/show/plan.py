@@ -207,8 +207,17 @@ def _round(value: float, unit: float = 1.0) -> float:
     return _ROUND * round(value / unit / _ROUND)
 
 
-def _bank_words(bank: float) -> str:
-    return f"{abs(bank):.0f}° {'right' if bank > 0.0 else 'left'}" if bank else "level"
+def _bank_words(leg: BriefedLeg) -> str:
+    """The bank of a leg and the angle that it turns through, in whole turns and degrees: `45° right,
+    3 turns and 70°`.
+    """
+    bank = _round(leg.bank, DEGREE)
+    if not bank:
+        return "level"
+    turns, degrees = divmod(_round(leg.turned, DEGREE), 360.0)
+    whole = f"{turns:.0f} turn{'s' if turns > 1 else ''}" if turns else ""
+    turned = filter(None, (whole, f"{degrees:.0f}°" if degrees or not turns else ""))
+    return f"{abs(bank):.0f}° {'right' if bank > 0.0 else 'left'}, {' and '.join(turned)}"
 
 
 def _seconds(leg: BriefedLeg) -> float:
@@ -216,22 +225,12 @@ def _seconds(leg: BriefedLeg) -> float:
     return _round(leg.seconds) if leg.seconds > 4.0 * _ROUND else float(round(leg.seconds))
 
 
-def _turn_words(leg: BriefedLeg) -> str | None:
-    """The angle of a banked leg in whole turns and degrees: `3 turns and 70°`."""
-    turns, degrees = divmod(_round(leg.turned, DEGREE), 360.0)
-    if not _round(leg.bank, DEGREE):
-        return None
-    whole = f"{turns:.0f} turn{'s' if turns > 1 else ''}" if turns else ""
-    return " and ".join(filter(None, (whole, f"{degrees:.0f}°" if degrees or not turns else "")))
-
-
 LEG_COLUMNS: tuple[Column[BriefedLeg], ...] = (
     Column("leg", lambda leg: leg.what, key="leg"),
     Column("heading", lambda leg: _round(leg.heading, DEGREE) % 360.0, "°", "03.0f", "heading_deg"),
     Column("KCAS", lambda leg: _round(leg.airspeed, KNOT), "", ".0f", "calibrated_airspeed_kt"),
-    Column("bank", lambda leg: _bank_words(_round(leg.bank, DEGREE))),
+    Column("bank", _bank_words),
     Column("", lambda leg: _round(leg.bank, DEGREE), key="bank_deg"),
-    Column("turns through", _turn_words, optional=True),
     Column("", lambda leg: leg.turned / DEGREE, key="turned_deg"),
     Column("time", _seconds, "s", ".0f", "seconds"),
 )

@@ -3,11 +3,12 @@ more.
 """
 
 import os
+from pathlib import Path
 
 import pytest
 from tests.lab.spoil import FAULTS, Result, _fault, judge_all, spoil
 
-COUNT = 150
+COUNT = 100
 
 pytestmark = pytest.mark.skipif(
     not hasattr(os, "fork"), reason="each input is run in a process of its own"
@@ -15,8 +16,13 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory) -> list[Result]:
-    return judge_all(range(1, COUNT + 1), tmp_path_factory.mktemp("spoiled"))
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("spoiled")
+
+
+@pytest.fixture(scope="module")
+def results(folder) -> list[Result]:
+    return judge_all(range(1, COUNT + 1), folder)
 
 
 def test_no_input_brings_a_fault_about(results):
@@ -29,14 +35,18 @@ def test_the_inputs_are_of_many_kinds_and_some_are_answered(results):
     assert {0, 2} <= {each.code for each in results}
 
 
-def test_a_run_goes_on_where_it_stopped_with_the_same_inputs(results, tmp_path):
-    first = judge_all(range(1, 4), tmp_path)
-    table = (tmp_path / "results.csv").read_text("utf-8")
-    assert judge_all(range(1, 4), tmp_path) == first
-    assert (tmp_path / "results.csv").read_text("utf-8") == table
-    assert [(e.file, e.damage, e.code) for e in first] == [
-        (e.file, e.damage, e.code) for e in results[:3]
-    ]
+def test_a_run_goes_on_where_it_stopped_with_the_same_inputs(results, folder):
+    table = folder / "results.csv"
+    lines = table.read_text("utf-8").splitlines(keepends=True)
+    table.write_text("".join(lines[:COUNT]), "utf-8")  # without the last input
+    again = judge_all(range(1, COUNT + 1), folder)
+    assert again[:-1] == results[:-1]
+    assert (again[-1].file, again[-1].damage, again[-1].code) == (
+        results[-1].file,
+        results[-1].damage,
+        results[-1].code,
+    )
+    assert table.read_text("utf-8").splitlines(keepends=True)[:COUNT] == lines[:COUNT]
 
 
 @pytest.mark.parametrize(

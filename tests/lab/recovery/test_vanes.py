@@ -37,11 +37,9 @@ def sound_forces(flight: Flight) -> Array:
     return with_vane(flight)[1]
 
 
-@pytest.mark.parametrize(("offset_deg", "scale"), [(2.0, 0.0), (-3.0, 0.2)])
-def test_a_vane_that_is_off_leaves_no_force(
-    flight: Flight, sound_forces: Array, offset_deg: float, scale: float
-) -> None:
+def test_a_vane_that_is_off_leaves_no_force(flight: Flight, sound_forces: Array) -> None:
     """Lift and drag are not linear in alpha: two degrees of a vane's zero looked like a pod."""
+    offset_deg, scale = -3.0, 0.2
     effect = EffectSpec("alpha_vane_calibration", {"scale": scale, "offset_deg": offset_deg})
     layout, forces = with_vane(flight, effect)
     alpha, angles = layout.track["angle_of_attack"], layout.angles

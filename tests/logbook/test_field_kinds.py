@@ -538,3 +538,21 @@ def test_a_temperature_below_zero_is_taken_after_its_flag(tmp_path, capsys):
     assert main(["calibrate", str(g5(tmp_path)), "--temperature-c", "-5±2@ground", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)["warnings"]
     assert any("temperature of the day, -5±2@ground" in words for words in told)
+
+
+def test_a_slow_airplane_at_one_speed_is_not_said_to_disagree_with_its_velocity(tmp_path):
+    """Rows at one speed on neighboring tracks do not tell the share of the speed in the reading,
+    and a solar airplane's sensor has steps of a tenth of what it reads.
+    """
+    time = np.arange(90.0)
+    track, speed = np.radians(150.0 + 20.0 * np.sin(time / 14.0)), 7.0 + 0.4 * np.sin(time / 5.0)
+    noise = np.random.default_rng(3).normal(0.0, 4.0, len(time))
+    columns = {
+        "time_s": time,
+        "impact_pressure_pa": 6.0 * np.round((56.0 + noise) / 6.0),
+        "static_pressure_pa": np.full(len(time), 89000.0) - 0.1 * time,
+        "velocity_north_mps": speed * np.cos(track),
+        "velocity_east_mps": speed * np.sin(track),
+    }
+    told = read_log(table(tmp_path / "log.csv", columns)).header.get("warnings", [])
+    assert not any("no steady wind" in words for words in told)

@@ -151,3 +151,39 @@ def test_numbers_about_the_flight_beside_a_struct_of_vectors_are_none_of_its_cha
     path = tmp_path / "flight.mat"
     savemat(path, {"flight_data": channels, "flight_info": {"flight": 75, "note": "calm"}})
     assert set(read_table(path).names) == {"time", "ias"}
+
+
+def test_a_null_byte_before_rows_without_names_is_no_name(tmp_path):
+    path = tmp_path / "data.csv"
+    path.write_bytes(b"\0\n" + b"0.00,290.84,4.16,0.00,0.00\r\n" * 50)
+    with pytest.raises(BadInputError, match="no line of names"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("name", ["flight.json", "flight.json.gz"])
+def test_a_list_of_rows_in_json_is_told_how_to_become_a_table(name, tmp_path):
+    path = tmp_path / name
+    path.write_text('[{"altitude": 1300.0}]')
+    with pytest.raises(BadInputError, match=r"read_json\(FILE\).to_csv"):
+        read_log(path)
+
+
+def test_a_table_of_no_flight_is_told_what_it_holds(tmp_path):
+    table = {"Cp_flight": np.linspace(0.01, 0.09, 2000), "J_flight": np.linspace(-0.3, 0.8, 2000)}
+    path = sample.write(tmp_path / "propeller.csv", table)
+    with pytest.raises(BadInputError, match="holds Cp_flight, J_flight") as told:
+        read_log(path)
+    assert "missing column" not in str(told.value)
+
+
+def test_names_that_begin_as_ours_are_not_ours(tmp_path):
+    """An autopilot's `roll_commanded` is no unit of ours that is not known."""
+    time = np.arange(200.0)
+    names = [f"{axis}_{kind}" for axis in ("roll", "pitch") for kind in ("commanded", "measured")]
+    table = {name: np.sin(time / 9.0) for name in names}
+    table |= {"time": time, "airspeed": 20.0 + np.sin(time), "groundspeed": 21.0 + np.cos(time)}
+    table |= {"altitude": 80.0 + time % 7.0}
+    path = sample.write(tmp_path / "autopilot.csv", table)
+    with pytest.raises(BadInputError, match="no track is logged") as told:
+        read_log(path)
+    assert "missing column" not in str(told.value)

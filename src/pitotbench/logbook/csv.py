@@ -219,8 +219,9 @@ def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
     # Spreadsheets begin a UTF-8 file with a byte-order mark of three bytes.
     position = 3 if file.read(3) == b"\xef\xbb\xbf" else 0
     file.seek(position)
-    while (line := file.readline()) and (line[:1] == b"#" or not line.strip()):
-        text = line.decode("utf-8", errors="replace").strip()
+    # A recorder that opens its file anew leaves a null byte.
+    while (line := file.readline()) and (line[:1] == b"#" or not line.strip(b"\0 \t\r\n")):
+        text = line.decode("utf-8", errors="replace").strip("\0 \t\r\n")
         if text:
             comments.append(text.removeprefix("#").removeprefix(" "))
         position += len(line)

@@ -238,19 +238,27 @@ def require(draft: Draft) -> None:
         )
 
 
+_BEGIN = tuple(f"{each.name}_" for each in QUANTITIES.values() if each.essential)
+
+
 def has_our_names(table: Table) -> bool:
     """Return whether the names of a table are those of a flight log: several of the quantities that
     it needs are among them, with a unit.
     """
-    found = set()
+    return len(names_of_ours(table)) >= _FEWEST_OURS
+
+
+def names_of_ours(table: Table) -> set[str]:
+    """Return the quantities that a log needs and that columns of a table name as we do."""
+    found = set[str]()
     for name in table.names:
         try:
             parsed = parse_column(name)
         except BadInputError:  # another unit than is known
-            found |= set() if name in QUANTITIES else {name}
+            found |= {name} if name.startswith(_BEGIN) else set()
         else:
             found |= {parsed[0].name} if parsed and parsed[0].essential else set()
-    return len(found) >= _FEWEST_OURS
+    return found
 
 
 def name_rows(rows: NDArray[np.intp]) -> str:

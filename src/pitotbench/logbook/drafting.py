@@ -464,11 +464,10 @@ def draft_mapping(table: Table) -> DraftedMapping:
     return DraftedMapping(lines, lacking, unused, refusal, ranges)
 
 
-def read_by_draft(table: Table) -> Table | None:
+def read_by_draft(table: Table, drafted: DraftedMapping) -> Table | None:
     """Return a table under our names by the draft of its columns, with a remark that says how each
     was read; what raises a question is left out. None where something that a log needs is not sure.
     """
-    drafted = draft_mapping(table)
     sure = [line.guess for line in drafted.lines if not line.question]
     if drafted.unusable or _missing(table, sure):
         return None

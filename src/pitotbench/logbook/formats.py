@@ -64,8 +64,9 @@ def reader_of(path: Path) -> Callable[[Path], Table]:
     packed = next((suffix for suffix in READ_ONLY if path.name.lower().endswith(suffix)), None)
     if packed is not None:
         return READ_ONLY[packed]
-    if (words := NOT_READ.get(path.suffix.lower())) is not None:
-        raise BadInputError(words)
+    for suffix in ("".join(path.suffixes[-2:]), path.suffix):
+        if (words := NOT_READ.get(suffix.lower())) is not None:
+            raise BadInputError(words)
     return format_of(path).read
 
 

@@ -12,7 +12,8 @@ _KINDS = {
     "that is read",
     ".gpx .kml .kmz .tcx .fit .nmea": "a track of positions, without an airspeed: give the log of "
     "the box that shows the airspeed",
-    ".json": "a JSON file: write its values as a CSV table with a row a moment, and give that",
+    ".json .json.gz": "a JSON file: write its values as a CSV table with a row a moment, and give "
+    'that; of a list of rows Python does: pandas.read_json(FILE).to_csv("flight.csv", index=False)',
     ".7z .rar .tar .tgz .gz": "a packed file: unpack it, or pack it as .zip, and give that",
 }
 NOT_READ = {suffix: words for each, words in _KINDS.items() for suffix in each.split()}

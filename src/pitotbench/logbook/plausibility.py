@@ -121,9 +121,12 @@ def find_factor(flown: FlownRows) -> Factor:
     by_unknown = np.stack([-needed / share, -1.0 / (share * impact)])
     of_both = fit.covariance[np.ix_([0, 2], [0, 2])]
     through_air = np.hypot(flown.north - fit.wind[0], flown.east - fit.wind[1])
-    corrected = np.maximum(((1.0 - change * late) * read - zero) / share, 1.0)
-    airspeed = air.true_airspeed(corrected, flown.static, flown.temperature)
-    misfit = float(np.sqrt(np.mean((through_air - airspeed) ** 2)))
+    # Rows at one speed hardly tell the share: the one nearest 1 that they allow makes a speed of
+    # what is left.
+    margin = LIMITS.sigmas * float(fit.errors[0])
+    likely = float(np.clip(1.0, share - margin, share + margin))
+    left = fit.left / (2.0 * likely * part.density * np.maximum(through_air, 1.0))
+    misfit = float(np.sqrt(np.mean(left**2)))
     return Factor(
         scale=size / share,
         zero=float(-zero / share),

@@ -4,6 +4,7 @@ from collections import abc
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pitotbench.catalog import explain
 from pitotbench.logbook.assembly import WHOLE, Part, log_of
@@ -27,6 +28,9 @@ from pitotbench.records import BadInputError
 from pitotbench.records.calibration_request import FACTS
 from pitotbench.records.intake import require_regular
 from pitotbench.records.log import FORMAT, UNITS_BY, FlightLog
+
+if TYPE_CHECKING:
+    from pitotbench.logbook.drafting import DraftedMapping
 
 
 class UnusableRecorderError(BadInputError):
@@ -61,24 +65,28 @@ def read_log(
     source = Path(path)
     with within(source):
         stated = dict(parameters or {})
-        table = whole_table(source, mapping, stated, airspeed_sensor, facts)
+        table, drafted = _table_and_draft(source, mapping, stated, airspeed_sensor, facts)
         try:
             return log_of(table, part)
         except MissingColumnsError as error:
             if mapping is not None:
                 raise
-            raise MissingColumnsError(_named(source, table, error)) from error
+            raise MissingColumnsError(_named(source, table, drafted, error)) from error
 
 
-def _named(source: Path, table: Table, error: BadInputError) -> str:
+def _named(
+    source: Path, table: Table, drafted: "DraftedMapping | None", error: BadInputError
+) -> str:
     """Return what a file is that lacks the columns of a log, and the way on."""
     from pitotbench.logbook.recognition import kind_of, what_it_lacks  # a log does without
 
     with opened(source) as place:
         file = _only_log(place, source) if is_bundle(place) else place
+        if kind := kind_of(file, source):
+            return kind
         with suppress(BadInputError):  # of a log in topics the table that was joined
-            table = read_table(file)
-        return kind_of(file, source) or what_it_lacks(table, source, error)
+            table = table if drafted else read_table(file)
+        return what_it_lacks(table, drafted, source, error)
 
 
 def whole_table(
@@ -91,6 +99,17 @@ def whole_table(
     """Return the table of a log under our column names, before it is checked. Parameters and errors
     as of `read_log`, without the file in the message.
     """
+    return _table_and_draft(source, mapping, parameters or {}, airspeed_sensor, facts or {})[0]
+
+
+def _table_and_draft(
+    source: Path,
+    mapping: Path | str | None,
+    parameters: Parameters,
+    airspeed_sensor: int | None,
+    facts: abc.Mapping[str, str | None],
+) -> tuple[Table, "DraftedMapping | None"]:
+    """Return the table, and the draft of its columns where one was made: it takes seconds."""
     named = None if mapping is None else find_mapping(mapping)
     with opened(source) as place:
         table = (
@@ -100,8 +119,8 @@ def whole_table(
             if named is None
             else _advised(read_mapped(place, named, read_table, parameters, airspeed_sensor), named)
         )
-        table = with_facts(of_sensor(table, airspeed_sensor), facts or {})
-    return _by_names(table) if named is None and MAPPING not in table.header else table
+        table = with_facts(of_sensor(table, airspeed_sensor), facts)
+    return _by_names(table) if named is None and MAPPING not in table.header else (table, None)
 
 
 def with_facts(table: Table, facts: abc.Mapping[str, str | None]) -> Table:
@@ -166,17 +185,19 @@ def mapped(table: Table, mapping: Path | str) -> Table:
     return _advised(_filled(rename(table, named.files[0])), named)
 
 
-def _by_names(table: Table) -> Table:
+def _by_names(table: Table) -> tuple[Table, "DraftedMapping | None"]:
     """Return a table of which no mapping knows the recorder by the draft of its columns, where
-    their names are not ours and the draft is sure; else as it is.
+    their names are not ours and the draft is sure, else as it is; and the draft.
     """
     if has_our_names(table):
-        return table
-    from pitotbench.logbook.drafting import read_by_draft  # a log of ours does without
+        return table, None
+    from pitotbench.logbook.drafting import draft_mapping, read_by_draft  # ours do without
 
+    drafted = None
     with suppress(BadInputError):  # of which the missing columns are told
-        return read_by_draft(table) or table
-    return table
+        drafted = draft_mapping(table)
+        return read_by_draft(table, drafted) or table, drafted
+    return table, drafted
 
 
 def _filled(table: Table) -> Table:

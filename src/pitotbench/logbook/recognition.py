@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from pitotbench.logbook.columns import Table
-from pitotbench.logbook.draft import has_our_names
+from pitotbench.logbook.draft import has_our_names, names_of_ours
 from pitotbench.logbook.drafting import NEEDED, DraftedMapping, draft_mapping
 from pitotbench.logbook.handbook_table import is_published
 from pitotbench.logbook.points_table import (
@@ -18,6 +18,10 @@ from pitotbench.records import BadInputError
 
 # What a file is that is no log, with the command that reads it: the first that holds is told.
 _KINDS: tuple[tuple[Callable[[Path], bool], str], ...] = (
+    (
+        lambda path: path.stem.endswith(".truth"),
+        "the truth of a simulated flight, no log: give the log beside it, {1}",
+    ),
     (
         is_published,
         "a handbook's table of airspeeds, no log: `pitotbench calibrate LOG --handbook {0}` "
@@ -57,25 +61,44 @@ _HOLES = (
     ("no track", "record the GPS with its track, or with its positions"),
 )
 _MOST_HOLES = 3  # a table that lacks more is none of a flight
+_MOST_NAMES = 8  # of such a table that are told
 
 
 def kind_of(path: Path, name: Path) -> str:
     """Return what a file at a path is that its owner calls `name`, and which command reads it;
     empty for one that may be a log.
     """
-    return next((words.format(name) for holds, words in _KINDS if holds(path)), "")
+    return next(
+        (
+            words.format(name, name.name.replace(".truth", ""))
+            for holds, words in _KINDS
+            if holds(path)
+        ),
+        "",
+    )
 
 
-def what_it_lacks(table: Table, name: Path, error: BadInputError) -> str:
-    """Return what a table holds that lacks columns of a log, and the way on; the words of the
-    `error` where its names are ours or none is recognized.
+def what_it_lacks(
+    table: Table, drafted: DraftedMapping | None, name: Path, error: BadInputError
+) -> str:
+    """Return what a table holds that lacks columns of a log, and the way on, by the draft of its
+    columns, which is made for None; the words of the `error` where its names are ours or none is
+    recognized.
     """
-    drafted = None
-    if not has_our_names(table):
+    if drafted is None and not has_our_names(table):
         with suppress(BadInputError):
             drafted = draft_mapping(table)
-    if drafted is None or not drafted.lines or len(drafted.missing) > _MOST_HOLES:
+    lacks_most = drafted is not None and len(drafted.missing) > _MOST_HOLES
+    if drafted is None or (lacks_most and names_of_ours(table)):
         return str(error)
+    if lacks_most:
+        names = ", ".join(table.names[:_MOST_NAMES]) + ", …" * (len(table.names) > _MOST_NAMES)
+        return (
+            f"hardly a column is one of a flight log: the file holds {names}. Give the log that "
+            "holds time, airspeed, height and the velocity by GPS; if this is it, name its columns "
+            "so, such as time_s, indicated_airspeed_kt, pressure_altitude_ft, ground_speed_kt, "
+            "track_deg"
+        )
     way = f"`pitotbench map {name} -o mapping.toml` drafts how its columns are read"
     known = (f"{each.guess.theirs} ({each.guess.quantity})" for each in drafted.lines)
     held = f"{holes_of(drafted)}The file holds {', '.join(known).replace('_', ' ')}"

@@ -183,7 +183,8 @@ def _judged(
         floor = floor_left_out(layout, named.log.maneuvers)
         return JudgedLog(named.name, named.log, layout, floor, None)
     flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
-    # A patch moves the floor by less than the error of a floor of a few flights.
+    # The floor of a patched airplane is taken for that before the patch: a patch costs no null
+    # flights. It is assumed to move the floor by less than what few null flights leave open.
     null_card = flown
     if flown is not None and model is not None:
         null_card = as_flown(replace(flown, aircraft=unpatched(flown.aircraft)), named.log)

@@ -258,6 +258,7 @@ UPDRAFT = AirEffect(
     "ch. 9)",
     what="The airplane flies through rising or sinking air.",
     shows_in=STEADY_LEGS,  # power and height are held, so that only the air rises
+    by_vanes=True,
     build=_rises,
     wind=_updraft,
 )

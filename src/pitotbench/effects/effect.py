@@ -144,9 +144,11 @@ class Effect:
     airplane too, by an arm that nobody knows. `by_size`: each of its sizes may be there without the
     others, as one surface that is off, and is looked for alone. An effect `for_whole_flight` is not
     looked for in a part of the flight: a workshop sets it, or it is a drift, which would jump at
-    the ends of the part. `part_of` names the effect that this one is for a part of the flight; only
-    the forms in time have it. An effect on the sensors changes the channels `changes`, and of the
-    channels `also` those that the log has; it changes no others.
+    the ends of the part. An effect seen `by_vanes` is not looked for without them: there the lift
+    alone shows it, as it shows what the form of another term leaves. `part_of` names the effect
+    that this one is for a part of the flight; only the forms in time have it. An effect on the
+    sensors changes the channels `changes`, and of the channels `also` those that the log has; it
+    changes no others.
     """
 
     name: str
@@ -162,6 +164,7 @@ class Effect:
     left_open: tuple[str, ...] = ()
     by_size: bool = False
     for_whole_flight: bool = False
+    by_vanes: bool = False
     part_of: str = ""
     changes: tuple[str, ...] = ()
     also: tuple[str, ...] = ()

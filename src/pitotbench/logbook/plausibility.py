@@ -121,8 +121,8 @@ def find_factor(flown: FlownRows) -> Factor:
     by_unknown = np.stack([-needed / share, -1.0 / (share * impact)])
     of_both = fit.covariance[np.ix_([0, 2], [0, 2])]
     through_air = np.hypot(flown.north - fit.wind[0], flown.east - fit.wind[1])
-    # Rows at one speed hardly tell the share: the one nearest 1 that they allow makes a speed of
-    # what is left.
+    # What no wind explains becomes a speed by the share of the speed in the reading. Rows at one
+    # speed hardly tell that: the one nearest 1 that they allow is taken.
     margin = LIMITS.sigmas * float(fit.errors[0])
     likely = float(np.clip(1.0, share - margin, share + margin))
     left = fit.left / (2.0 * likely * part.density * np.maximum(through_air, 1.0))

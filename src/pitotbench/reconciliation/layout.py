@@ -14,7 +14,6 @@ from pitotbench.reconciliation.cells import Cell, cells, is_examined
 from pitotbench.reconciliation.flight_path import (
     ATTITUDE,
     VELOCITY,
-    WIND,
     air_velocity,
     with_path_flow,
 )
@@ -60,8 +59,6 @@ MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
 # a gap where the day is stated; a free parameter where it is not
 DAY = "nonstandard_temperature"
-# Without vanes rising air shows by the lift alone, as what the form of another term leaves does.
-SEEN_BY_VANES = "updraft"
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
 Curves = tuple[Mapping[str, float], ...]
 FEWEST_INSTANTS = 40  # of a log: three times the memory of its noise
@@ -250,8 +247,6 @@ def _laid_out(
         free_parameters_of(reference, setting, shapes),
         signatures_of(reference, effects),
     )
-    if WIND[0] in track:
-        signatures = tuple(s for s in signatures if s.effect != SEEN_BY_VANES)
     if not setting.day_known:
         days = [s for s in signatures if s.effect == DAY]
         free = free.with_columns(

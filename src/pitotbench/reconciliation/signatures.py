@@ -25,7 +25,7 @@ from pitotbench.effects.effect import (
 from pitotbench.effects.overlay import Overlay
 from pitotbench.effects.own_terms import term_named
 from pitotbench.effects.response import Signals
-from pitotbench.reconciliation.flight_path import VANES
+from pitotbench.reconciliation.flight_path import VANES, WIND
 from pitotbench.reconciliation.free_parameters import residuals_of_wind
 from pitotbench.reconciliation.replay import (
     added_forces,
@@ -106,9 +106,11 @@ def signature_of(
     """Return the signature of one parameter at a size, with the other sizes zero and the shapes
     typical.
 
-    None where this log cannot show it: a channel that it changes is missing, or no residual
-    changes.
+    None where this log cannot show it: a channel that it changes is missing, vanes that it takes
+    are, or no residual changes.
     """
+    if effect.by_vanes and WIND[0] in reference.clean:  # the flow is that of the path
+        return None
     moved = residual_change(effect, reference, effect.complete({parameter: size}))
     if moved is None or not np.any(np.abs(moved) > 0.0):
         return None

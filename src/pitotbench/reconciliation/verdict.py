@@ -362,11 +362,12 @@ def agreeing_changes(fitted: Fitted) -> list[tuple[str, Estimate]]:
     if not all(block.layout.setting.maneuvers for block in regression.blocks):
         return []
     gaps = {cause_of(effect_and_size(m.name)[0]) for m in fitted.members if not is_term(m.name)}
+    looked_for = OWN_TERMS - {CONTROL_EFFECTIVENESS.name}
+    effects = {name: effect_and_size(name)[0] for name in regression.columns}
     agreeing = {
         name: effect
-        for name in regression.columns
-        for effect in OWN_TERMS & {effect_and_size(name)[0]}
-        if cause_of(effect) not in gaps and effect != CONTROL_EFFECTIVENESS.name
+        for name, effect in effects.items()
+        if effect in looked_for and cause_of(effect) not in gaps
     }
     sizes = regression.sizes([*fitted.members, *map(regression.of_typical_size, agreeing)])
     return [

@@ -140,8 +140,9 @@ def unpatched(aircraft: str) -> str:
     bounds. Any other airplane is itself.
     """
     table = _origin(aircraft)
-    measured = table is not None and "two_sigma" in table.get("provenance", {})
-    return unpatched(table["aircraft"]) if table is not None and measured else aircraft
+    if table is None or "two_sigma" not in table.get("provenance", {}):
+        return aircraft
+    return unpatched(table["aircraft"])
 
 
 def patched_mass(aircraft: str) -> float:

@@ -3,7 +3,7 @@
     python scripts/reproduce_study.py               # one seed, a look in a minute
     python scripts/reproduce_study.py --seeds 30    # as the paper's claims are answered
 
-Writes report.html and the numbers as Parquet to out/study.
+Writes report.md and the numbers as Parquet to out/study.
 """
 
 import sys

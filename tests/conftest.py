@@ -59,7 +59,7 @@ LONGEST = (
     "tests/lab/study/test_claims.py",
     "tests/lab/recovery/test_broken_pitots_in_files.py",
     "tests/lab/recovery/test_owners_folder.py",
-    "tests/lab/study/test_page_content.py",
+    "tests/lab/study/test_report.py",
     "tests/lab/study/test_flying.py",
     "tests/logbook/test_field_kinds.py",
     "tests/cli/test_one_answer.py",

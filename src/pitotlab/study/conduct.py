@@ -13,16 +13,15 @@ from pitotbench.campaigns.fleet import Failure, run_tasks
 from pitotbench.logbook.columns import atomic, write_text
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.outputs import require_folder
-from pitotbench.show.columns import frame_rows, outside
+from pitotbench.show.columns import outside
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotlab.study.claims import CLAIMS
-from pitotlab.study.content import study_page_of
+from pitotlab.study.content import study_text, table_text
 from pitotlab.study.measures import Measured, measure_sortie
 from pitotlab.study.questions import Finding
 from pitotlab.study.reductions import SETTINGS, Sortie, claim_sorties
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES, StudyTables
-from pitotlab.tables import frame_columns, markdown_table
 
 EXPLAINED = 5  # one of this many seeds also flies the rare settings and the sweeps
 ANSWERS = "claims.csv"
@@ -97,7 +96,7 @@ class StudyResult:
 
 
 def run_study(request: StudyRequest) -> StudyResult:
-    """Fly the study and write its tables; of all settings, answer every claim and write report.html.
+    """Fly the study and write its tables; of all settings, answer every claim and write report.md.
 
     The same seeds give the same numbers on any number of processes. Raises BadInputError for a
     request that makes no sense, NoAnswerError where nothing could be flown.
@@ -162,12 +161,10 @@ def _written(request: StudyRequest, evidence: StudyTables) -> StudyResult:
 
 def _answered(request: StudyRequest, evidence: StudyTables) -> StudyResult:
     """Write the tables, answer every claim, and write the page and the answers."""
-    from pitotlab.study.page import study_html  # loads the drawing library
-
     _written(request, evidence)
     findings = {number: claim.answer(evidence) for number, claim in CLAIMS.items()}
-    page = request.out / "report.html"
-    write_text(page, study_html(study_page_of(evidence, findings)))
+    page = request.out / "report.md"
+    write_text(page, study_text(evidence, findings))
     told = [(number, found.verdict, found.ours) for number, found in findings.items()]
     pd.DataFrame(told, columns=["claim", "verdict", "ours"]).to_csv(
         request.out / ANSWERS, index=False, lineterminator="\n"
@@ -179,7 +176,7 @@ def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
     """Fly the paper's simulator study again, answer its claims, and print the verdicts and the
     path of the page.
 
-    Writes report.html and the numbers as Parquet. One seed gives an impression in a minute; the
+    Writes report.md and the numbers as Parquet. One seed gives an impression in a minute; the
     paper's claims are answered with 30.
     """
     add = parser.add_argument
@@ -216,7 +213,7 @@ def questions_command(parser: argparse.ArgumentParser, words: Sequence[str]) -> 
         reply = sweep.answer(evidence)
         print(f"\n{name}: {sweep.question}\n{reply.words}")
         for table in reply.tables:
-            print(markdown_table(frame_columns(table), frame_rows(table)))
+            print(table_text(table))
 
 
 def print_result(result: StudyResult) -> None:

@@ -1,32 +1,21 @@
-"""The content of the study's page: the claims, the rankings, the open questions, and how it was
-done.
-"""
+"""The study in words: the claims, the rankings, the open questions, and how it was done."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from pitotbench.campaigns.flights import rms
+from pitotbench.show.columns import frame_rows
 from pitotlab.experiment import made_with
-from pitotlab.study.methods import parts
-from pitotlab.study.parts import Bars, Lines, Part, Series, StudyPage
 from pitotlab.study.questions import Finding, Reply
 from pitotlab.study.reductions import BOTH_WAYS, NAMES, PAPER_ORDER, named
 from pitotlab.study.rules import RULES
 from pitotlab.study.sweeps import SWEEPS
-from pitotlab.study.tables import (
-    StudyTables,
-    maneuver_bars,
-    mean,
-    order,
-    rank_agreement,
-    signed,
-    text,
-)
+from pitotlab.study.tables import StudyTables, mean, order, rank_agreement, signed, text
+from pitotlab.tables import frame_columns, markdown_table
 
 _FEWEST = 9  # seeds: a correlation of fewer means nothing
 _SHOWN = ("step_decrease", "rapid_decel", "race_track", "four_leg", BOTH_WAYS)
@@ -63,7 +52,6 @@ def both_rankings(evidence: StudyTables) -> Reply:
         f"4-Leg, and it takes {minutes['step_decrease'] / minutes['four_leg']:.2f} of the time. A "
         "longer flight has a smaller error, as one over the square root of its time. With that "
         f"taken out, true error times the square root of the minutes is {cost} kt √min.",
-        (_bars(evidence), _pairs(evidence)),
         (named(partial(_numbers, evidence)),),
     )
 
@@ -81,32 +69,9 @@ def _numbers(evidence: StudyTables, maneuver: str) -> dict[str, object]:
     }
 
 
-def _bars(evidence: StudyTables) -> Bars:
-    kinds = {
-        "residual_two_sigma_kt": "2σ of the residual",
-        "two_sigma_kt": "covering 2σ of the curve",
-        "rms_error_kt": "true rms error of the curve",
-    }
-    title, note = "What is published, and what is known", "Light turbulence, 50/50 Hz, Inverse+."
-    chart = Bars(title, note, "2σ or rms [kt]", (), ())
-    return maneuver_bars(chart, kinds, partial(_column, evidence))
-
-
-def _pairs(evidence: StudyTables) -> Lines:
-    """Draw residual against true error, one mark for each flight. The two are hardly correlated."""
-    series = []
-    for m in PAPER_ORDER:
-        x = evidence.residual(m, setting="light")
-        y = _column(evidence, m, "rms_error_kt").reindex(x.index)
-        series.append(Series(NAMES[m], x.tolist(), y.tolist(), style="marks"))
-    axes = "2σ of the residual [kt]", "true rms error of the curve [kt]"
-    title, note = "A small residual is not a small error", "One mark a flight."
-    return Lines(title, note, *axes, series)
-
-
 def confounding(evidence: StudyTables) -> Reply:
     """Explain how an error of the wind along the track bends the curve."""
-    rows, series, found = [], [], {}
+    rows, found = [], {}
     for m in _SHOWN:
         wind, tilt = (_column(evidence, m, name) for name in ("wind_north_error_kt", "tilt_kt"))
         alike = signed(wind.corr(tilt), 2) if len(wind.dropna()) > _FEWEST else "few seeds"
@@ -119,9 +84,6 @@ def confounding(evidence: StudyTables) -> Reply:
                 "slope of the curve, rms error [kt]": f"{rms(tilt):.2f}",
             }
         )
-        series.append(Series(NAMES[m], wind.tolist(), tilt.tolist(), style="marks"))
-    title, note = "Wind and curve confounded", "One mark a flight; light turbulence, 50/50 Hz."
-    axes = "error of the wind along the track [kt]", "error, slow minus fast half [kt]"
     step, leg, both = found["step_decrease"], found["four_leg"], found[BOTH_WAYS]
     residual = [mean(evidence.residual(m, setting="light")) for m in ("step_decrease", BOTH_WAYS)]
     return Reply(
@@ -133,90 +95,67 @@ def confounding(evidence: StudyTables) -> Reply:
         f"with every speed on both headings. The errors are then {both[0]:.2f} and {both[1]:.2f} "
         f"kt. The residual is {residual[1]:.2f} kt instead of {residual[0]:.2f} kt, and so does "
         "not show the difference.",
-        (Lines(title, note, *axes, series),),
         (pd.DataFrame(rows),),
     )
 
 
-def study_page_of(evidence: StudyTables, findings: Mapping[str, Finding]) -> StudyPage:
-    """Return the whole study as a page."""
-    rankings = both_rankings(evidence)
+def study_text(evidence: StudyTables, findings: Mapping[str, Finding]) -> str:
+    """Return the whole study as Markdown: what was found, and how."""
+    return "\n\n".join(_paragraphs(evidence, findings)) + "\n"
+
+
+def _paragraphs(evidence: StudyTables, findings: Mapping[str, Finding]) -> Iterator[str]:
     said = Counter(finding.verdict for finding in findings.values())
-    short = (
+    yield f"# {TITLE}"
+    yield (
+        f"{_seeds(evidence.seeds)}, {len(evidence.flights):,} simulated flights, "
+        f"{len(evidence.fits):,} calibrations; numbers are means ± standard deviations over seeds."
+    )
+    yield (
         f"Of {len(findings)} claims: "
         f"{', '.join(f'{count} {verdict}' for verdict, count in said.items())}. The 2σ of the "
         "claims is the paper's, of the residual in KCAS; it is no bound on the curve."
     )
-    why = "Why Step Decrease knows less than its residual says"
-    claims = [_claim(number, finding) for number, finding in findings.items()]
-    claims[0] = replace(claims[0], charts=(*_patterns(evidence), *claims[0].charts))
-    return StudyPage(
-        title=TITLE,
-        subtitle=f"{_seeds(evidence.seeds)}, {len(evidence.flights):,} "
-        f"simulated flights, {len(evidence.fits):,} calibrations; numbers are means ± standard "
-        "deviations over seeds.",
-        short=(short, rankings.words),
-        claims=claims,
-        summary=_summary(findings),
-        truth=[
-            _reply("both rankings", "Both rankings", rankings),
-            _reply("confounding", why, confounding(evidence)),
-            *parts(),
-        ],
-        questions=_questions(evidence),
-        method=_method(evidence),
-    )
+    for number, finding in findings.items():
+        yield from _claim(number, finding)
+    yield "## What the residual does not show"
+    for reply in (both_rankings(evidence), confounding(evidence)):
+        yield from _told(reply)
+    if _swept(evidence):
+        yield "## Open questions"
+        for name, sweep in SWEEPS.items():
+            yield f"### {name.capitalize()}: {sweep.question}"
+            yield from _told(sweep.answer(evidence))
+    yield "## How it was done"
+    yield from _method(evidence)
 
 
-def _summary(findings: Mapping[str, Finding]) -> pd.DataFrame:
-    rows = []
-    for number, found in findings.items():
-        paper = f"{RULES[number].words} ({RULES[number].where})"
-        rows.append((number, paper, found.ours, found.verdict))
-    return pd.DataFrame(rows, columns=["claim", "the paper", "ours", "verdict"])
-
-
-def _claim(number: str, finding: Finding) -> Part:
+def _claim(number: str, finding: Finding) -> Iterator[str]:
     rule = RULES[number]
-    lines = [
-        ("The paper", f"{rule.words} ({rule.where})."),
-        ("Measured", f"{rule.quantity}."),
-        ("Reproduced means", f"{rule.criterion}."),
-        ("Ours", f"{finding.ours}."),
-        ("Experiment", finding.experiment),
-        ("Why", finding.why),
-    ]
-    return Part(number, number, lines, finding.charts, finding.tables, finding.verdict)
+    yield f"## {number}: {finding.verdict}"
+    yield f"The paper: {rule.words} ({rule.where})."
+    yield f"Measured: {rule.quantity}."
+    yield f"Reproduced means: {rule.criterion}."
+    yield f"Ours: {finding.ours}."
+    yield f"Experiment: {finding.experiment}"
+    yield f"Why: {finding.why}"
+    yield from map(table_text, finding.tables)
 
 
-def _patterns(evidence: StudyTables) -> list[Lines]:
-    """Draw Fig 3: the ground track of each maneuver without wind; nothing where none was flown."""
-    charts: list[Lines] = []
-    if evidence.tracks.empty:
-        return charts
-    for maneuver, track in evidence.tracks.groupby("maneuver", sort=False):
-        on = track.where(track["on_condition"])
-        series = [
-            Series(label, points.east_nm.tolist(), points.north_nm.tolist())
-            for label, points in (("flown", track), ("on condition", on))
-        ]
-        axes, title = ("east [nmi]", "north [nmi]"), f"Fig 3: {NAMES[str(maneuver)]}"
-        charts.append(Lines(title, "", *axes, series, equal=True))
-    return charts
+def _told(reply: Reply) -> Iterator[str]:
+    yield reply.words
+    yield from map(table_text, reply.tables)
 
 
-def _reply(anchor: str, heading: str, reply: Reply) -> Part:
-    return Part(anchor.replace(" ", "-"), heading, [("", reply.words)], reply.charts, reply.tables)
+def table_text(table: pd.DataFrame) -> str:
+    """Return a table as Markdown."""
+    return markdown_table(frame_columns(table), frame_rows(table))
 
 
-def _questions(evidence: StudyTables) -> list[Part]:
-    """Return the answers to the open questions of the paper; none where the sweeps were not flown."""
+def _swept(evidence: StudyTables) -> bool:
+    """Return whether the flights of the open questions were flown."""
     flown = set(evidence.flights["variant"])
-    if not any(sortie.variant in flown for sweep in SWEEPS.values() for sortie in sweep.sorties(1)):
-        return []
-    return [
-        _reply(n, f"{n.capitalize()}: {s.question}", s.answer(evidence)) for n, s in SWEEPS.items()
-    ]
+    return any(s.variant in flown for sweep in SWEEPS.values() for s in sweep.sorties(1))
 
 
 def _seeds(seeds: Sequence[int]) -> str:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench import air
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import cross_check
 from pitotbench.calibration.options import CalibrationOptions
@@ -28,7 +27,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.sortie import fly
-from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array, Booleans
+from pitotbench.units import DEGREE, FOOT, KNOT, Array, Booleans
 from pitotlab.experiment import Row
 from pitotlab.study.reductions import TURNING, WALK, Reduction, Sortie, sense_for
 from pitotlab.study.velocity_fit import fit_velocity
@@ -213,17 +212,6 @@ def density_rows(flight: Flight) -> list[Row]:
     return _rows({}, airspeed_kt=middle, seconds=counts * flight.duration / len(flight))
 
 
-def track_rows(flight: Flight) -> list[Row]:
-    """Return some points of the ground track."""
-    some = slice(None, None, max(1, len(flight) // _TRACK_POINTS))
-    return _rows(
-        {},
-        east_nm=flight["position_east"][some] / NAUTICAL_MILE,
-        north_nm=flight["position_north"][some] / NAUTICAL_MILE,
-        on_condition=flight.on_condition[some],
-    )
-
-
 def curve_rows(flight: Flight, reduction: Reduction, result: Calibration) -> list[Row]:
     """Return the points of a curve [kt] with its 2σ, the 2σ of the residual, and the truth."""
     curve, options = result.curve, reduction.options
@@ -237,30 +225,6 @@ def curve_rows(flight: Flight, reduction: Reduction, result: Calibration) -> lis
         correction_kt=curve.correction / KNOT,
         two_sigma_kt=curve.two_sigma / KNOT,
         truth_kt=true_correction(flight.case.pressure_error, curve.indicated_airspeed) / KNOT,
-    )
-
-
-def data_rows(log: FlightLog, reduction: Reduction, result: Calibration) -> list[Row]:
-    """Return some samples of a log as the published figures show them.
-
-    Each is the calibrated airspeed [kt] by the GPS velocity as logged and the wind of the result,
-    minus the indicated airspeed [kt]. Raises BadInputError for a log without temperature.
-    """
-    used = np.flatnonzero(result.residuals.used)
-    few = log.select(used[:: max(1, len(used) // _DATA_POINTS)])
-    if few.total_temperature is None:
-        raise BadInputError("the data of a picture need the temperature")
-    wind, down = result.known_wind, few.velocity_down if reduction.options.use_down else None
-    north, east = few.velocity_north - wind.north.value, few.velocity_east - wind.east.value
-    true_airspeed = np.sqrt(north**2 + east**2 + (0.0 if down is None else down**2))
-    mach = air.mach_from_impact_pressure(few.impact_pressure, few.static_pressure)
-    temperature = air.air_temperature(few.total_temperature, mach)
-    impact = air.impact_pressure_from_true_airspeed(true_airspeed, few.static_pressure, temperature)
-    indicated = air.calibrated_airspeed(few.impact_pressure)
-    return _rows(
-        {"kind": "data", "on_condition": reduction.options.on_condition},
-        airspeed_kt=indicated / KNOT,
-        correction_kt=(air.calibrated_airspeed(impact) - indicated) / KNOT,
     )
 
 
@@ -282,7 +246,6 @@ class Measured:
     fits: Iterable[Row] = ()
     flights: Iterable[Row] = ()
     density: Iterable[Row] = ()
-    tracks: Iterable[Row] = ()
     curves: Iterable[Row] = ()
     failures: tuple[str, ...] = ()
 
@@ -307,7 +270,6 @@ def measure_sortie(sortie: Sortie) -> Measured:
         fits=keyed(fits),
         flights=keyed([flight_row(flight)]),
         density=keyed(density_rows(flight) if sortie.density else ()),
-        tracks=keyed(track_rows(flight) if sortie.track else ()),
         curves=keyed(curves),
         failures=tuple(f"{name}: {row['failed']}" for row in fits if row["failed"]),
     )
@@ -324,9 +286,8 @@ def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
         row, result = fit(changed, log, reduction)
         rows.append(row)
         walk = {"change": reduction.change, "level": reduction.level}
-        if sortie.curves and result is not None and walk == WALK:
+        published = reduction.options.method == "paper" and walk == WALK
+        if sortie.curves and result is not None and published:
             curves += curve_rows(changed, reduction, result)
-            if reduction.options.method == "paper":
-                curves += data_rows(log, reduction, result)
-                curves += fixed_speed_rows(log) if reduction.options.on_condition else []
+            curves += fixed_speed_rows(log) if reduction.options.on_condition else []
     return rows, curves

@@ -39,7 +39,6 @@ from pitotlab.study.conventional import (
     tower,
 )
 from pitotlab.study.measures import TRAVEL, workload
-from pitotlab.study.parts import Part
 from pitotlab.study.reductions import COVERING, NAMES, PAPER, PAPER_ORDER, case_of
 from pitotlab.study.tables import Spread, rank_agreement, signed
 from pitotlab.tables import frame_columns, markdown_table
@@ -388,32 +387,6 @@ def orders(methods: pd.DataFrame) -> list[str]:
         tau = rank_agreement(table[column].to_numpy(), np.arange(float(len(table))))
         lines.append(f"{label}: {order} (τ with the paper's order {signed(tau)})")
     return lines
-
-
-def parts() -> list[Part]:
-    """Return the committed tables as parts of the study's page."""
-    shown, made = read_tables(), pd.read_csv(RESULTS / "methods.csv")
-    by, repeat = made["made"].iloc[0], "python -m pitotlab study methods repeats it."
-    when = f"Seeds 1 to {made['seeds'].max()}; {by}; {repeat}"
-    telling = {
-        "banks": (
-            "The Circle's bank",
-            "A steeper bank shortens the circle, and the bound widens with the time that is lost.",
-        ),
-        "methods": (
-            "Set-up time and the conventional methods",
-            " ".join(f"{line}." for line in orders(made)),
-        ),
-        "systems": (
-            "Two air-data systems in one flight",
-            "Gusts and the wind are common to both systems, so that a second one hardly narrows "
-            "the bound of the first. The difference of the two is known far better than either.",
-        ),
-    }
-    return [
-        Part(f"beside-{name}", heading, [("", f"{words} {when}")], tables=(shown[name],))
-        for name, (heading, words) in telling.items()
-    ]
 
 
 def draw(methods: pd.DataFrame, folder: Path) -> None:

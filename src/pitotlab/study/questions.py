@@ -3,18 +3,20 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from pitotlab.study.parts import Charts, Frames, Verdict
+import pandas as pd
+
 from pitotlab.study.reductions import Reduction, Sortie
-from pitotlab.study.rules import Rule
+from pitotlab.study.rules import Rule, Verdict
 from pitotlab.study.tables import StudyTables
+
+Frames = tuple[pd.DataFrame, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """The answer to an open question: two sentences, pictures and tables."""
+    """The answer to an open question: two sentences and tables."""
 
     words: str
-    charts: Charts = ()
     tables: Frames = ()
 
 
@@ -26,7 +28,6 @@ class Finding:
     ours: str
     experiment: str
     why: str
-    charts: Charts = ()
     tables: Frames = ()
 
 

@@ -314,7 +314,7 @@ SETTINGS: Catalog[StudySetting] = Catalog(
 class Sortie:
     """One flight of the study and the reductions of it; `variant` is the name of an unusual card.
 
-    `density`, `track` and `curves` ask for the tables of that name.
+    `density` and `curves` ask for the tables of that name.
     """
 
     setting: str
@@ -322,7 +322,6 @@ class Sortie:
     reductions: tuple[Reduction, ...]
     variant: str = "standard"
     density: bool = False
-    track: bool = False
     curves: bool = False
 
 
@@ -421,16 +420,16 @@ OF_SETTING: Mapping[str, tuple[Reduction, ...]] = {
 def claim_sorties(seed: int, rare: bool, first: bool = False) -> Iterator[Sortie]:
     """Return the flights of a seed that the claims need, with `rare` also those of rare settings.
 
-    The `first` seed is the one that pictures show.
+    The densities and the curves are those of the `first` seed.
     """
     for name, setting in SETTINGS.items():
         if setting.rare and not rare:
             continue
         asked = (*OF_SETTING[name], *(_EXPLAINING if name == "smooth" and rare else ()))
-        track, curves = (first and name == shown for shown in ("autopilot", "airplane"))
+        curves = first and name == "airplane"
         for maneuver in setting.flown:
             case = case_of(name, maneuver, seed)
-            yield Sortie(name, case, asked, density=first, track=track, curves=curves)
+            yield Sortie(name, case, asked, density=first, curves=curves)
     plain = (*reductions(das=SYSTEMS), _COVERED)
     for name in ("smooth", "light") if rare else ():
         yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*reductions(_MODELS), _COVERED))

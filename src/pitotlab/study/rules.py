@@ -7,12 +7,13 @@ from the paper's words before the flights that are judged by them.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
-from pitotlab.study.parts import Verdict
 from pitotlab.study.tables import Spread, rank_agreement
 
+Verdict = Literal["reproduced", "in part", "not reproduced", "set by the cards", ""]
 SET: Verdict = "set by the cards"
 CLOSE = 1.0  # min: the paper's table has whole minutes
 QUARTER = (0.20, 0.33)  # of the time

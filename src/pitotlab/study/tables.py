@@ -1,6 +1,6 @@
-"""The tables of a study, and what all answers take from them: means, spreads and charts."""
+"""The tables of a study, and what all answers take from them: means, spreads and orders."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,8 +11,7 @@ from pitotbench import air
 from pitotbench.records.case import DataSystem
 from pitotbench.units import KNOT, Array
 from pitotlab.study.measures import Measured
-from pitotlab.study.parts import Bars, Lines, Series
-from pitotlab.study.reductions import NAMES, PAPER_ORDER
+from pitotlab.study.reductions import NAMES
 
 
 def airspeed_noise(airspeed_kt: Array, seconds: Array) -> float:
@@ -46,7 +45,7 @@ DEFAULT_FIT: Mapping[str, object] = {
     "given_down": False,
     "alone": False,
 }
-TABLES = ("fits", "flights", "density", "tracks", "curves")
+TABLES = ("fits", "flights", "density", "curves")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,12 +96,11 @@ def text(values: Iterable[float], digits: int = 2) -> str:
 
 @dataclass(frozen=True, slots=True)
 class StudyTables:
-    """Tables of fits, flights, airspeed bins, tracks and curves; column names end in units."""
+    """Tables of fits, flights, airspeed bins and curves; column names end in units."""
 
     fits: pd.DataFrame
     flights: pd.DataFrame
     density: pd.DataFrame
-    tracks: pd.DataFrame
     curves: pd.DataFrame
     by_reduction: Mapping[tuple[object, ...], pd.DataFrame]  # fits of a maneuver, by seed
 
@@ -201,40 +199,3 @@ def rank_agreement(one: Array, other: Array) -> float:
 def order(values: Mapping[str, float]) -> str:
     """Return the names of maneuvers by rising value."""
     return " < ".join(NAMES[m] for m in sorted(values, key=lambda m: values[m]))
-
-
-def series_of(label: str, values: Iterable[Iterable[float]], x: Sequence[float] = ()) -> Series:
-    """Return the means and deviations of numbers over seeds, one a group or place."""
-    found = [Spread.of(each) for each in values]
-    return Series(label, x, [s.mean for s in found], [s.deviation for s in found])
-
-
-CUT = "The axis does not begin at zero; whiskers are ± one standard deviation over seeds."
-
-
-def maneuver_bars(
-    chart: Bars, kinds: Mapping[str, str], number: Callable[[str, str], pd.Series]
-) -> Bars:
-    """Return a chart with a bar or dot for each kind (key to label) in a group a maneuver.
-
-    `number(maneuver, key)` gives the values by seed.
-    """
-    series = [
-        series_of(label, [number(m, key) for m in PAPER_ORDER]) for key, label in kinds.items()
-    ]
-    note = f"{chart.note} {CUT}" if chart.dots else chart.note
-    return replace(chart, note=note, groups=[NAMES[m] for m in PAPER_ORDER], series=series)
-
-
-def maneuver_lines(
-    chart: Lines,
-    levels: Sequence[float],
-    number: Callable[[str, float], pd.Series],
-    maneuvers: Sequence[str] = PAPER_ORDER,
-) -> Lines:
-    """Return a chart with a line for each maneuver over levels.
-
-    `number(maneuver, level)` gives the values by seed.
-    """
-    values = {m: [number(m, level) for level in levels] for m in maneuvers}
-    return replace(chart, series=[series_of(NAMES[m], each, levels) for m, each in values.items()])

@@ -45,11 +45,8 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
     if sortie.curves:
         for speed in (100.0, 130.0, 160.0):
             curves += [_point("paper", speed, 0.5) | {"on_condition": True}]
-            curves += [_point("covering", speed, 0.5) | {"on_condition": False}]
-        curves += [_point("data", speed, 0.4) | {"on_condition": True} for speed in (100.0, 160.0)]
         curves += [_point("fixed speed", 120.0, 0.6)]
     density = [{"airspeed_kt": float(v), "seconds": 10.0} for v in DENSITY_EDGES[:-1] + 1.25]
-    tracks = [{"east_nm": e, "north_nm": 0.0, "on_condition": e > 1.0} for e in (0.0, 1.0, 2.0)]
     return Measured(
         fits=tuple(
             key | _fit(reduction, residual(sortie, reduction), time, rng)
@@ -57,7 +54,6 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
         ),
         flights=(key | flight,),
         density=tuple(key | row for row in density),
-        tracks=tuple(key | row for row in tracks) if sortie.track else (),
         curves=tuple(key | row for row in curves),
     )
 

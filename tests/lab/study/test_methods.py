@@ -108,7 +108,6 @@ def test_the_committed_tables_are_whole():
     assert min(seeds) > 1
     # Gusts are common to both.
     assert (systems["difference_bound_kt"] < 0.2 * systems["a_alone_bound_kt"]).all()
-    assert all(len(part.tables) == 1 and part.lines for part in methods.parts())
 
 
 def test_tables_and_pictures_are_written_again_without_flights(tmp_path, capsys):

@@ -11,7 +11,6 @@ from pitotbench.campaigns.flights import true_correction
 from pitotbench.pressure_error import MODELS, PAPER_MODELS, REFERENCE_PRESSURE
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.units import KNOT, Array
-from pitotlab.study.parts import Bars, Chart, Lines, Series
 from pitotlab.study.questions import Claim, Finding
 from pitotlab.study.reductions import (
     AIRPLANE_EFFECTS,
@@ -30,7 +29,6 @@ from pitotlab.study.rules import RULES
 from pitotlab.study.tables import (
     Spread,
     StudyTables,
-    maneuver_bars,
     mean,
     percent_above,
     rank_agreement,
@@ -39,7 +37,6 @@ from pitotlab.study.tables import (
     text,
 )
 
-STRUCTURES = ("bias", "linear", "quadratic", "inverse", "inverse+")  # of Fig 4
 # The injected errors that were not chosen for C5.
 OTHER_ERRORS: dict[str, dict[str, object]] = {
     **{
@@ -99,7 +96,6 @@ def bias(evidence: StudyTables) -> Finding:
         "the other, and a wrong wind replaces the missing slope of the curve. With every speed on "
         f"both headings the ratio is {both}, and the wind along the track that Bias finds is "
         f"{either_way:.2f} kt wrong instead of {one_way:.2f} kt.",
-        (model_shapes(), _bars(evidence)),
         (_other_errors(evidence), _structure_table(evidence)),
     )
 
@@ -123,32 +119,6 @@ def _structure_table(evidence: StudyTables) -> pd.DataFrame:
         }
 
     return named(row, (*PAPER_ORDER, BOTH_WAYS))
-
-
-def _bars(evidence: StudyTables) -> Bars:
-    title = "Fig 9: 2σ of the residual by maneuver and model"
-    note, axis = "50/50 Hz, smooth air, a good pilot.", "2σ of the residual [kt]"
-    chart = Bars(title, note, axis, (), (), dots=True)
-    models = {model: model for model in PAPER_MODELS}
-    return maneuver_bars(chart, models, lambda m, model: evidence.residual(m, model=model))
-
-
-def model_shapes() -> Lines:
-    """Draw the structures of Fig 4, each fitted to the default pressure error over 80 to 170 kt."""
-    truth = PressureErrorSpec()
-    x = np.linspace(0.6, 3.0, 121)
-    speed = 100.0 * np.sqrt(x)  # incompressible: accurate enough for a picture
-    wanted = MODELS[truth.model].basis(x) @ np.array(truth.parameters)
-    series = []
-    for name in STRUCTURES:
-        basis = MODELS[name].basis(x)
-        fitted = basis @ np.linalg.lstsq(basis, wanted, rcond=None)[0]
-        series.append(Series(name, speed.tolist(), fitted.tolist()))
-    note = (
-        "Least-squares fits of each structure to the default error; Inverse+ is the truth itself."
-    )
-    axes = "indicated airspeed [kt]", "Δp/q_c [-]"
-    return Lines("Fig 4: model structures", note, *axes, series)
 
 
 @partial(Claim, RULES["C6"])
@@ -184,7 +154,6 @@ def _largest_difference(slowest: float, fastest: float) -> float:
 
 # Table III, KCAS: the published order.
 PUBLISHED = {"step_decrease": 0.75, "race_track": 1.2, "four_leg": 1.5, "rapid_decel": 2.1}
-FIGURES = {"step_decrease": 11, "race_track": 12, "four_leg": 13, "rapid_decel": 14}
 _FIXED = "fixed speed"
 _STRAIGHT: dict[str, object] = {"das": "20/1", "model": "quadratic", "on_condition": True}
 # The airs of the table: setting, and the change of its flights.
@@ -278,48 +247,6 @@ def fixed_speed_gaps(evidence: StudyTables) -> Array:
     return np.asarray(np.abs(points["correction_kt"].to_numpy() - at) / band)
 
 
-def _figure(evidence: StudyTables, maneuver: str) -> Chart:
-    """Draw Figs 11 to 14: data, curve and FAR limit; below, the curves minus the truth."""
-    curve, data = (_curve(evidence, maneuver, kind) for kind in ("paper", "data"))
-    known = _curve(evidence, maneuver, "covering", straight=False)
-    speed, truth = curve["airspeed_kt"].tolist(), curve["truth_kt"]
-    limit = np.maximum(0.03 * curve["airspeed_kt"], 5.0)  # FAR 25.1323(c)
-    dots = data["airspeed_kt"].tolist(), data["correction_kt"].tolist()
-    series = [
-        _band("straight legs, ±2σ of the residual", curve, "residual_two_sigma_kt"),
-        Series("data", *dots, style="dots"),
-        Series("truth", speed, truth.tolist(), style="dashed"),
-        Series("FAR 25.1323 limit", speed, limit.tolist(), style="limit"),
-        Series("_", speed, (-limit).tolist(), style="limit"),
-    ]
-    gap = [
-        Series("_", speed, (curve["correction_kt"] - truth).tolist()),
-        _band("all data, covering ±2σ", known, "two_sigma_kt", known["truth_kt"]),
-        Series("_", speed, [0.0] * len(speed), style="dashed"),
-    ]
-    points = _curve(evidence, maneuver, _FIXED)
-    if len(points):
-        label, at, y = "fixed-speed method", points["airspeed_kt"], points["correction_kt"]
-        off = y - np.interp(at, curve["airspeed_kt"], truth)
-        # The same place in both lists gives the same mark and color.
-        series.insert(len(gap), Series(label, at.tolist(), y.tolist(), style="marks"))
-        gap.append(Series(label, at.tolist(), off.tolist(), style="marks"))
-    title = f"Fig {FIGURES[maneuver]}: {NAMES[maneuver]}"
-    note = (
-        "20/1 Hz, Quadratic; seed 1. A dot is one sample on a straight leg: airspeed from the GPS "
-        "velocity as logged and the wind found, minus indicated airspeed. Below: the curves minus "
-        "the truth."
-    )
-    axis = "indicated airspeed [kt]"
-    below = Lines("", "", axis, "minus truth [kt]", gap)
-    return Lines(title, note, axis, "calibrated − indicated [kt]", series, below=below)
-
-
-def _band(label: str, curve: pd.DataFrame, spread: str, minus: pd.Series | float = 0.0) -> Series:
-    x, y = curve["airspeed_kt"].tolist(), (curve["correction_kt"] - minus).tolist()
-    return Series(label, x, y, curve[spread].tolist(), "band")
-
-
 @partial(Claim, RULES["C12"])
 def airplane(evidence: StudyTables) -> Finding:
     share, tau = orders(evidence)
@@ -338,7 +265,6 @@ def airplane(evidence: StudyTables) -> Finding:
         "paper did. Vary the walk, and let the airplane slip in turns. Count the seeds in which the "
         "four are in the published order.",
         _because(evidence),
-        tuple(_figure(evidence, m) for m in PUBLISHED),
         (_airplane_table(evidence),),
     )
 
@@ -373,8 +299,8 @@ def _because(evidence: StudyTables) -> str:
         f"they are, whatever the drag, and {TURN_SIDESLIP:g}° of sideslip in turns by "
         f"{span(slipped[: len(moved)])}, with turn data by {span(slipped[len(moved) :])}. On straight "
         "legs the published curve is wrong by up to "
-        f"{', '.join(f'{value:.2f} kt ({NAMES[m]})' for m, value in wrong.items())} (Figs 11 to 14, "
-        "lower panels), because a wrong wind replaces a part of the curve; the residual does not show "
+        f"{', '.join(f'{value:.2f} kt ({NAMES[m]})' for m, value in wrong.items())}, "
+        "because a wrong wind replaces a part of the curve; the residual does not show "
         f"it. Turn data raise the 2σ, as published, in {', '.join(raised) or 'no maneuver'}. Straight "
         "legs alone hardly determine the wind across the track: the covering fit refuses "
         f"{sum(int(each.sum()) for each in answers.values())} of {sum(map(len, answers.values()))} "

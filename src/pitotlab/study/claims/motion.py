@@ -8,7 +8,6 @@ import pandas as pd
 
 from pitotbench.sensing.sampling import SYSTEMS
 from pitotbench.units import FOOT, KNOT
-from pitotlab.study.parts import Bars, Lines
 from pitotlab.study.questions import Claim, Finding
 from pitotlab.study.reductions import (
     MINUTE,
@@ -21,13 +20,10 @@ from pitotlab.study.reductions import (
 )
 from pitotlab.study.rules import RULES, SAME
 from pitotlab.study.tables import (
-    CUT,
     Spread,
     StudyTables,
-    maneuver_lines,
     mean,
     percent_above,
-    series_of,
     signed,
     text,
 )
@@ -88,7 +84,6 @@ def down(evidence: StudyTables) -> Finding:
         "noise on every sensor. Compare with the 2σ of the airspeed, as flown, with a tenth of the "
         "noise, and with the vertical speed of the same flights multiplied.",
         f"{_pooled_words(evidence)} {_worth(evidence)} {_how_much(evidence)} {_at_rates(evidence)}",
-        (_ratios(evidence), _steeper(evidence)),
         (_outputs(evidence), _wander(evidence)),
     )
 
@@ -163,44 +158,6 @@ def _at_rates(evidence: StudyTables) -> str:
         f"({fast[most]:.0f} %). At 20/1 Hz, given a V_down for the purpose, it is smaller than at "
         f"50/50 Hz in {less} of {len(fast)} maneuvers."
     )
-
-
-def _ratios(evidence: StudyTables) -> Bars:
-    """Draw Fig 7 as ratios: one dot for each maneuver, data system and kind of 2σ."""
-
-    def over(kind: str, maneuver: str, das: str) -> pd.Series:
-        two_sigma = partial(KINDS[kind], evidence, maneuver, das=das)
-        return two_sigma(down=True) / two_sigma(down=False)
-
-    return Bars(
-        "Fig 7: the 2σ with V_down over that without",
-        f"Smooth air, a good pilot. 1 is no change. A 20/1 Hz system has no V_down of its own. {CUT}",
-        "2σ with / without V_down [-]",
-        [f"{das}\nHz" for das in SYSTEMS],
-        [
-            series_of(f"{NAMES[m]}, {kind}", [over(kind, m, das) for das in SYSTEMS])
-            for kind in KINDS
-            for m in _SHOWN
-        ],
-        dots=True,
-    )
-
-
-def _steeper(evidence: StudyTables) -> Lines:
-    def falls(maneuver: str, times: float) -> pd.Series:
-        how = {"change": "vertical speed", "level": times} if times > 1.0 else {}
-        without = evidence.residual(maneuver, **how, down=False)
-        return -100.0 * (evidence.residual(maneuver, **how) / without - 1.0)
-
-    chart = Lines(
-        "How much vertical speed it takes",
-        "The same smooth-air flights with their vertical speed multiplied and the airspeed kept; "
-        "50/50 Hz.",
-        "vertical speed, times what the good pilot flew [-]",
-        "fall of the airspeed's 2σ [%]",
-        (),
-    )
-    return maneuver_lines(chart, (1.0, *STEEPER), falls)
 
 
 def _outputs(evidence: StudyTables) -> pd.DataFrame:
@@ -278,7 +235,6 @@ def turns(evidence: StudyTables) -> Finding:
         f"{signed(min(others), 0)} to {signed(max(others), 0)} % over the five maneuvers. Rapid "
         f"Decel changes by {signed(others[PAPER_ORDER.index('rapid_decel')], 0)} %: its turn is "
         "flown slowly, where a pascal of noise is more knots.",
-        (_dots(evidence),),
         (_table(evidence),),
     )
 
@@ -290,23 +246,6 @@ def _words(same: Mapping[str, bool]) -> str:
         return f"Turns in or out change both by {SAME:g} % or more."
     changed, unchanged = sorted(KINDS, key=lambda kind: same[kind])
     return f"Turns in or out change the {changed} 2σ by {SAME:g} % or more, the {unchanged} 2σ by less."
-
-
-def _dots(evidence: StudyTables) -> Bars:
-    """Draw Fig 8 for both kinds of 2σ of Step Decrease."""
-    series = []
-    for on, data in ((False, "full data"), (True, "on condition")):
-        for down, label in ((False, "no V_down"), (True, "V_down")):
-            found = [two(evidence, _FLOWN, down=down, on_condition=on) for two in KINDS.values()]
-            series.append(series_of(f"{data}, {label}", found))
-    return Bars(
-        "Fig 8: turn data, with and without V_down",
-        f"Step Decrease, 50/50 Hz, smooth air, a good pilot. {CUT}",
-        "2σ of the residual [kt]",
-        ["of the\nairspeed", "pooled over\nthe outputs"],
-        series,
-        dots=True,
-    )
 
 
 def _table(evidence: StudyTables) -> pd.DataFrame:

@@ -10,7 +10,6 @@ import pandas as pd
 from pitotbench.sensing.sampling import SYSTEMS
 from pitotbench.units import Array
 from pitotlab.study.claims.sampling import expected_noise
-from pitotlab.study.parts import Bars
 from pitotlab.study.questions import Claim, Finding
 from pitotlab.study.reductions import (
     FIXED_POWER,
@@ -24,7 +23,6 @@ from pitotlab.study.rules import RATED, RULES
 from pitotlab.study.tables import (
     Spread,
     StudyTables,
-    maneuver_bars,
     mean,
     order,
     rank_agreement,
@@ -63,9 +61,6 @@ def times(evidence: StudyTables) -> Finding:
             "ours [min]": ours[m].text(1),
         }
     )
-    title, note = "Table 2: flight times", "Turns included, set-up between speeds not."
-    chart = Bars(title, note, "time [min]", (), ())
-    flown = partial(evidence.flight, "minutes")
     return Finding(
         RULES["C1"].judge([*off.values()]),
         ", ".join(f"{NAMES[m]} {ours[m].text(1)}" for m in SIMULATOR_MINUTES) + " min",
@@ -74,7 +69,6 @@ def times(evidence: StudyTables) -> Finding:
         f"The largest difference is {signed(off[worst])} min ({NAMES[worst]}). The paper does not "
         "state the dwell, the settling time or the turn rate. Our cards choose them so that the "
         f"times agree. This checks the cards and is no finding. {_TWO_TIMES}",
-        (maneuver_bars(chart, {"smooth": "ours"}, flown),),
         (table,),
     )
 

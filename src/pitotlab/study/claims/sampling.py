@@ -5,7 +5,6 @@ from functools import partial
 import pandas as pd
 
 from pitotbench.sensing.sampling import SYSTEMS
-from pitotlab.study.parts import Bars, Lines, Series
 from pitotlab.study.questions import Claim, Finding
 from pitotlab.study.reductions import ALIKE, NAMES, PAPER_ORDER, named
 from pitotlab.study.rules import RULES
@@ -13,17 +12,14 @@ from pitotlab.study.tables import (
     Spread,
     StudyTables,
     airspeed_noise,
-    maneuver_bars,
     mean,
     percent_above,
     ratio,
-    series_of,
     signed,
     span,
     text,
 )
 
-_TOP = 0.8  # kt: cut of Fig 10, for Rapid Decel at 20/1 Hz
 # The reductions of 20/1 Hz: fixes interpolated or held, with other changes.
 ASKED: dict[str, tuple[bool, dict[str, object]]] = {
     "held, smooth air [%]": (False, {}),
@@ -61,23 +57,12 @@ def fast(evidence: StudyTables) -> Finding:
     worst = max(change, key=lambda m: abs(change[m].mean))
     bound = {d: [mean(evidence.bound(m, das=d)) for m in PAPER_ORDER] for d in SYSTEMS}
     more = [a / b for a, b in zip(bound["100/100"], bound["50/50"], strict=True)]
-    chart = Bars(
-        "Fig 10: 2σ of the residual by maneuver and data rate",
-        "Smooth air, a good pilot, Inverse+.",
-        "2σ of the residual [kt]",
-        (),
-        (),
-        dots=True,
-        top=_TOP,
-    )
-    systems = {das: f"{das} Hz" for das in SYSTEMS}
     return Finding(
         RULES["C3"].judge([s.mean for s in change.values()]),
         f"100/100 differs from 50/50 by {change[worst].text(1)} % at most ({NAMES[worst]})",
         "Sense the same flights at 50/50 and at 100/100 Hz, and fit both.",
         f"{_SCATTER} It is white noise here and does not depend on the number of samples. The "
         f"covering 2σ of the curve does: at 100/100 Hz it is {span(more)} times that at 50/50 Hz.",
-        (maneuver_bars(chart, systems, lambda m, das: evidence.residual(m, das=das)),),
     )
 
 
@@ -124,28 +109,6 @@ def expected_noise(evidence: StudyTables, maneuver: str, variant: str = "standar
     return airspeed_noise(rows.airspeed_kt.to_numpy(), rows.seconds.to_numpy())
 
 
-def _density(evidence: StudyTables) -> Lines:
-    series = []
-    for maneuver, variant, label in CARDS:
-        rows = evidence.seconds(maneuver, variant)
-        series.append(
-            Series(label, rows.airspeed_kt.tolist(), rows.seconds.tolist(), style="steps")
-        )
-    note = f"Seed {evidence.seeds[0]}; turns included. Times 50 Hz gives samples."
-    axes = "calibrated airspeed [kt]", "time in each 2.5 kt [s]"
-    return Lines("Fig 5: data density", note, *axes, series)
-
-
-def _bars(evidence: StudyTables) -> Bars:
-    series = [
-        series_of(f"{das} Hz", [evidence.residual(m, variant=v, das=das) for m, v, _ in CARDS])
-        for das in SYSTEMS
-    ]
-    title, note = "Fig 6: effect of data density", "Smooth air, a good pilot, Inverse+."
-    labels = [label.replace(", ", "\n") for _, _, label in CARDS]
-    return Bars(title, note, "2σ of the residual [kt]", labels, series)
-
-
 def _card(evidence: StudyTables, maneuver: str, variant: str, label: str) -> dict[str, object]:
     return {
         "card": label,
@@ -175,7 +138,6 @@ def denser(evidence: StudyTables) -> Finding:
         f"in pascals is more knots at low speed. That alone predicts changes of {predicted[0]} % "
         f"and {predicted[1]} %. More samples do narrow the bound on the curve: 4-Leg {bounds[0]}, "
         f"Step Decrease {bounds[1]}.",
-        (_density(evidence), _bars(evidence)),
         (pd.DataFrame([_card(evidence, *card) for card in CARDS]),),
     )
 

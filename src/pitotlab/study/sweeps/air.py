@@ -10,14 +10,12 @@ import pandas as pd
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.campaigns.flights import rms
 from pitotbench.units import FOOT
-from pitotlab.study.parts import Lines
 from pitotlab.study.questions import Reply, Sweep
 from pitotlab.study.reductions import (
     BOTH_METHODS,
     COVERING,
     NAMES,
     PAPER_ORDER,
-    SIDESLIP_ERROR,
     Reduction,
     Sortie,
     case_of,
@@ -26,7 +24,6 @@ from pitotlab.study.reductions import (
 )
 from pitotlab.study.tables import (
     StudyTables,
-    maneuver_lines,
     mean,
     percent_above,
     signed,
@@ -38,31 +35,20 @@ SHEARS = (3.0, 10.0)  # kt a hundred feet
 DRIFTING = CalibrationOptions(wind="drifting")
 _NAMED = RATES[2]  # the change for which the answer and the table give numbers
 _TOLERATED = 2.0  # times the rms error of a constant wind
-_ERROR = "rms error of the curve [kt]"
 
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A kind of change, the wind of the fitted model, and its picture."""
+    """A kind of change with its levels, and the wind of the fitted model."""
 
     change: str
     wind: str
     levels: tuple[float, ...]
-    title: str
-    note: str
-    xlabel: str
 
 
-_RATE = "change of the wind [kt/min]"
-_CONSTANT = "Fitted with a constant wind, 50/50 Hz."
-_DRIFTS = "Fitted with wind='drifting'; no mark where no flight got an answer."
-CHANGING = Trouble("wind change", "constant", RATES, "A wind that changes", _CONSTANT, _RATE)
-FOLLOWED = Trouble(
-    "wind change", "drifting", RATES, "The same, and the model's wind may drift", _DRIFTS, _RATE
-)
-SHEARED = Trouble(
-    "shear", "constant", SHEARS, "A wind that changes with altitude", _CONSTANT, "shear [kt/100 ft]"
-)
+CHANGING = Trouble("wind change", "constant", RATES)
+FOLLOWED = Trouble("wind change", "drifting", RATES)
+SHEARED = Trouble("shear", "constant", SHEARS)
 
 
 def wind_reductions(maneuver: str) -> Iterator[Reduction]:
@@ -121,11 +107,6 @@ def _wind_row(evidence: StudyTables, maneuver: str) -> dict[str, object]:
     return row | {"drifting, answer refused": f"{int(inside.isna().sum())} of {len(inside)}"}
 
 
-def _wind_chart(evidence: StudyTables, each: Trouble) -> Lines:
-    chart = Lines(each.title, each.note, each.xlabel, _ERROR, ())
-    return maneuver_lines(chart, (0.0, *each.levels), partial(_error, evidence, each))
-
-
 @partial(
     Sweep,
     "variable wind",
@@ -151,7 +132,6 @@ def variable_wind(evidence: StudyTables) -> Reply:
         f"{len(inside[0])} flights refused), a drifting one {drifting:.0f} %. Of "
         f"shear, at an altitude that wanders by {wander:.0f} ft rms, the first to double is "
         f"{NAMES[first]}, at {_said(shear[first], SHEARED)} kt/100 ft.",
-        tuple(_wind_chart(evidence, trouble) for trouble in (CHANGING, FOLLOWED, SHEARED)),
         (named(partial(_wind_row, evidence)),),
     )
 
@@ -180,15 +160,6 @@ def _sideslip_column(
     fitted = partial(evidence.fit, column, maneuver, setting="light", method=method)
     found = fitted(**how)
     return found[found.index.isin(fitted(change=kind, level=ANGLES[0]).index)]
-
-
-def _sideslip_chart(evidence: StudyTables, kind: str) -> Lines:
-    note = (
-        f"A probe that loses {100.0 * SIDESLIP_ERROR:g} % of q_c a degree squared (our "
-        "estimate); light turbulence."
-    )
-    chart = Lines(f"Sideslip {KINDS[kind]}", note, "sideslip [°]", _ERROR, ())
-    return maneuver_lines(chart, (0.0, *ANGLES), partial(_sideslip_column, evidence, kind))
 
 
 def _residual_change(evidence: StudyTables, maneuver: str) -> float:
@@ -221,7 +192,6 @@ def sideslip(evidence: StudyTables) -> Reply:
         f"changes by {signed(residual)} % at most. In turns only, it is worst in {NAMES[worst]} "
         f"({turning[worst]:.2f} kt; {share[worst]:.0f} % of the data are turns) and least in "
         f"{NAMES[least]} ({turning[least]:.2f} kt; {share[least]:.0f} %).",
-        tuple(_sideslip_chart(evidence, kind) for kind in KINDS),
     )
 
 
@@ -268,24 +238,6 @@ def _factors(evidence: StudyTables, air: str, one: str, other: str) -> str:
     return " to ".join(f"{f:.2f}" if f > _SMALL else f"{f:.2g}" for f in (min(found), max(found)))
 
 
-def _day_charts(evidence: StudyTables) -> Iterator[Lines]:
-    ylabel, note = "covering 2σ of the curve [kt]", "50/50 Hz, the same calibrated airspeeds."
-    heights = sorted((*ALTITUDES, _USUAL_ALTITUDE))
-    for air, words in AIRS.items():
-
-        def high(maneuver: str, feet: float, air: str = air) -> pd.Series:
-            return _bound(evidence, air, maneuver, _at_altitude(feet))
-
-        chart = Lines(f"Test altitude, {words}", note, "test altitude [ft]", ylabel, ())
-        yield maneuver_lines(chart, heights, high, FLOWN)
-
-    def warm(maneuver: str, kelvin: float) -> pd.Series:
-        return _bound(evidence, "light", maneuver, _at_temperature(kelvin))
-
-    chart = Lines("Temperature, light turbulence", note, "above standard [K]", ylabel, ())
-    yield maneuver_lines(chart, sorted((*TEMPERATURES, 0.0)), warm, FLOWN)
-
-
 @partial(
     Sweep,
     "test altitude and temperature",
@@ -303,5 +255,4 @@ def conditions(evidence: StudyTables) -> Reply:
         f"{factors('light', top, bottom)} times at {top}, where the light turbulence of "
         f"MIL-F-8785C has died out. From {cold.replace('-', '−')} to {warm} it changes by a factor "
         f"of {factors('light', warm, cold)}.",
-        tuple(_day_charts(evidence)),
     )

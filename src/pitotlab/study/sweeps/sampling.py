@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 
 from pitotbench.campaigns.flights import rms
-from pitotlab.study.parts import Bars, Lines, Series
 from pitotlab.study.questions import Reply, Sweep
 from pitotlab.study.reductions import (
     BOTH_METHODS,
@@ -20,19 +19,15 @@ from pitotlab.study.reductions import (
     case_of,
     reductions,
 )
-from pitotlab.study.tables import DEFAULT_FIT, Spread, StudyTables, maneuver_lines, mean, span
+from pitotlab.study.tables import DEFAULT_FIT, Spread, StudyTables, mean, span
 
 FLOWN = ("step_decrease", "circle", "rapid_decel")
 RATES = (0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 50.0, 200.0)  # Hz
 FASTEST = "200/200"
-SIDES = {
-    "both": ("air data and GPS alike", "air data and GPS [Hz]"),
-    "air": ("air data, with the GPS at 1 Hz at most", "air data [Hz]"),
-    "gps": ("GPS, with the air data at 200 Hz", "GPS [Hz]"),
-}
-KINDS = {
-    "bound": ("two_sigma_kt", "covering", "Knowledge", "covering 2σ of the curve [kt]"),
-    "residual": ("residual_two_sigma_kt", "paper", "Residual", "2σ of the residual [kt]"),
+SIDES = ("both", "air", "gps")  # that has the rate
+KINDS = {  # column and method
+    "bound": ("two_sigma_kt", "covering"),
+    "residual": ("residual_two_sigma_kt", "paper"),
 }
 
 
@@ -54,21 +49,10 @@ def rate_reductions(maneuver: str) -> tuple[Reduction, ...]:
 
 
 def _rate_column(evidence: StudyTables, kind: str, maneuver: str, das: str) -> pd.Series:
-    column, method, *_ = KINDS[kind]
+    column, method = KINDS[kind]
     fitted = partial(evidence.fit, column, maneuver, setting="light", method=method)
     found = fitted(das=das)
     return found[found.index.isin(fitted(das=FASTEST).index)]
-
-
-def _rate_chart(evidence: StudyTables, kind: str, side: str) -> Lines:
-    (*_, title, ylabel), (words, xlabel) = KINDS[kind], SIDES[side]
-    note = "Light turbulence, the same flights; noise a sample does not depend on the rate."
-    chart = Lines(f"{title}: {words}", note, xlabel, ylabel, (), log_x=True)
-
-    def number(maneuver: str, rate: float) -> pd.Series:
-        return _rate_column(evidence, kind, maneuver, system(side, rate))
-
-    return maneuver_lines(chart, RATES, number, FLOWN)
 
 
 @partial(
@@ -92,7 +76,6 @@ def rates(evidence: StudyTables) -> Reply:
         + f" ({', '.join(NAMES[m] for m in FLOWN)}). The residual of the published method is "
         f"another matter: in Rapid Decel it goes from {fast:.2f} kt to {held:.2f} kt at 200/0.2 "
         "Hz, where each fix is held for five seconds.",
-        tuple(_rate_chart(evidence, kind, side) for kind in KINDS for side in SIDES),
     )
 
 
@@ -102,10 +85,6 @@ CARDS: dict[str, dict[str, dict[str, object]]] = {
         "three speeds": {"speeds_kt": (160.0, 130.0, 100.0)},
     },
     "step_decrease": {f"{t:g} s steps": {"step_time_s": t} for t in (5.0, 20.0, 40.0)},
-}
-LABELS = {
-    "race_track": "Race Track, 2, 3, 4 speeds",
-    "step_decrease": "Step Decrease, steps of 5 to 40 s",
 }
 
 
@@ -143,24 +122,6 @@ def _points(evidence: StudyTables, maneuver: str) -> list[Point]:
 @partial(Sweep, "data density", "How many speeds, and how long a step?", sorties=card_sorties)
 def density(evidence: StudyTables) -> Reply:
     points = {maneuver: _points(evidence, maneuver) for maneuver in CARDS}
-    series = [
-        Series(
-            LABELS[maneuver],
-            [p.minutes for p in found],
-            [p.bound.mean for p in found],
-            [p.bound.deviation for p in found],
-        )
-        for maneuver, found in points.items()
-    ]
-    chart = Lines(
-        "What more data buy",
-        "Light turbulence, 50/50 Hz.",
-        "flight time [min]",
-        "covering 2σ of the curve [kt]",
-        series,
-        log_x=True,
-        log_y=True,
-    )
     track, step = points["race_track"], points["step_decrease"]
     return Reply(
         f"Race Track with two speeds ({track[0].minutes:.0f} min) has a covering 2σ of "
@@ -169,7 +130,6 @@ def density(evidence: StudyTables) -> Reply:
         f"{span([p.residual.mean for p in track])} kt. Longer steps of Step Decrease "
         f"({step[0].minutes:.0f} to {step[-1].minutes:.0f} min) bring it from "
         f"{step[0].bound.mean:.2f} to {step[-1].bound.mean:.2f} kt.",
-        (chart,),
     )
 
 
@@ -229,15 +189,6 @@ def _line(table: pd.DataFrame, criterion: str, truth: str) -> dict[str, object]:
     }
 
 
-def _structure_chart(table: pd.DataFrame) -> Bars:
-    by = [table[table["maneuver"] == m] for m in PAPER_ORDER]
-    series = [Series(model, (), [rms(of[model]) for of in by]) for model in MODELS]
-    title = "True error by model"
-    note = "Light turbulence, 50/50 Hz; rms over seeds and the five truths."
-    groups = [NAMES[m] for m in PAPER_ORDER]
-    return Bars(title, note, "rms error of the curve [kt]", groups, series)
-
-
 @partial(
     Sweep,
     "model structure",
@@ -261,6 +212,5 @@ def structure(evidence: StudyTables) -> Reply:
         f"{always['linear']:.2f} and Bias {always['bias']:.2f} kt. A term too many (Quadratic on a "
         f"constant or linear truth) costs {many:.2f} kt, one too few (Linear on Inverse+) "
         f"{few:.2f} kt.",
-        (_structure_chart(table),),
         (pd.DataFrame([_line(table, c, truth) for c in CRITERIA for truth in TRUTHS]),),
     )

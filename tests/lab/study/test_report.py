@@ -1,7 +1,6 @@
-"""The page: whole, self-contained, every number from the evidence, every picture there."""
+"""The report: whole, every number from the evidence, the same without a flight."""
 
 import re
-from dataclasses import replace
 
 import pytest
 from tests.lab.study import made_up
@@ -10,8 +9,7 @@ from pitotbench.records import BadInputError
 from pitotlab.__main__ import main
 from pitotlab.study.claims import CLAIMS
 from pitotlab.study.conduct import StudyRequest, run_study
-from pitotlab.study.content import study_page_of
-from pitotlab.study.page import study_html
+from pitotlab.study.content import study_text
 from pitotlab.study.sweeps import SWEEPS
 from pitotlab.study.tables import TABLES
 
@@ -35,34 +33,26 @@ def told(evidence, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def page(told):
-    return study_page_of(told.evidence, told.findings)
+def told_text(told):
+    return told.page.read_text("utf-8")
 
 
-def test_the_page_is_whole_and_self_contained(told):
-    html = told.page.read_text("utf-8")
-    for number in CLAIMS:
-        assert f'id="{number}"' in html
+def test_the_report_is_whole(told, told_text):
+    for number, finding in told.findings.items():
+        assert f"## {number}: {finding.verdict}" in told_text
+        assert finding.why in told_text
     for sweep in SWEEPS.values():
-        assert sweep.question in html
-    assert not re.search(r'(src|href)="https?:', html)
-    assert html.count("<svg") > 30
-    assert "Seeds 1 to 2" in html
-
-
-def test_every_picture_has_units_on_its_axes(page):
-    parts = (*page.claims, *page.truth, *page.questions)
-    charts = [chart for part in parts for chart in part.charts]
-    assert all("[" in chart.ylabel for chart in charts)
-    assert all("[" in chart.xlabel for chart in charts if hasattr(chart, "xlabel"))
+        assert sweep.question in told_text
+    assert "Seeds 1 to 2" in told_text
+    tables = sum(len(finding.tables) for finding in told.findings.values())
+    assert told_text.count("|---") > tables > 10
 
 
 @pytest.mark.parametrize("name", SWEEPS)
-def test_a_sweep_answers_in_two_or_three_sentences(name, page):
-    (part,) = [p for p in page.questions if p.anchor == name.replace(" ", "-")]
-    words = part.lines[0][1]
+def test_a_sweep_answers_in_two_or_three_sentences(name, told_text):
+    after = told_text.partition(SWEEPS[name].question)[2]
+    words = after.split("\n\n")[1]
     assert 2 <= len(re.findall(r"[.](?: |$)", words)) <= 4
-    assert part.charts
 
 
 def test_seeds_count_from_one(capsys):
@@ -92,14 +82,10 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(
     assert (tmp_path / "taken").read_text() == "mine"
 
 
-def test_the_claims_alone_are_answered_without_the_sweeps(evidence, told, page):
-    """The same words and pictures from fewer flights, and nothing of what was not flown."""
+def test_the_claims_alone_are_answered_without_the_sweeps(evidence, told):
+    """The same words from fewer flights, and nothing of what was not flown."""
     alone = made_up.evidence(_varied, seeds=2, sweeps=False)
     assert len(alone.flights) < len(evidence.flights)
     findings = {number: claim.answer(alone) for number, claim in CLAIMS.items()}
     assert {n: f.ours for n, f in findings.items()} == {n: f.ours for n, f in told.findings.items()}
-    fewer = study_page_of(alone, findings)
-    assert [repr(part.charts) for part in fewer.claims] == [repr(p.charts) for p in page.claims]
-    assert fewer.questions == []
-    words = replace(fewer, claims=[replace(part, charts=()) for part in fewer.claims])
-    assert "Open questions" not in study_html(words)
+    assert "Open questions" not in study_text(alone, findings)

@@ -173,8 +173,8 @@ def _closed_words(part: Part, dead: Fit) -> str:
     if _reads_altimeter(dead):
         return (
             "the total line is blocked: the impact pressure reads an altimeter (it changes by "
-            f"{dead.values[0]:.2f} ± {2.0 * dead.errors[0]:.2f} of the static "
-            "pressure; −1 is a closed line)"
+            f"{dead.values[0]:.2f} ± {2.0 * dead.errors[0]:.2f} of the static pressure; −1 is a "
+            "closed line)"
         )
     return (
         f"the sensor is stuck: the impact pressure stands still at {np.median(part.impact):.0f} Pa"

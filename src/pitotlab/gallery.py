@@ -317,8 +317,7 @@ def _verdict(held: Held) -> str:
     number = f"{held.found[worst]:+.{digits}f} ± {held.two_sigma[worst]:.{digits}f}"
     return (
         f"**Outside** at {count - inside} of {count} places, farthest at {held.at[worst]:.0f} "
-        f"({held.along}): "
-        f"{number}, where the truth is {held.truth[worst]:+.{digits}f} ± "
+        f"({held.along}): {number}, where the truth is {held.truth[worst]:+.{digits}f} ± "
         f"{held.doubt[worst]:.{digits}f}."
     )
 

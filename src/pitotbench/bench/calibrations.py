@@ -83,8 +83,7 @@ def logs_of(
             raise BadInputError(_names_to_give(table) or str(error)) from error
     raise BadInputError(
         f"{asked} takes a path, a DataFrame, a log or a list of them, not {type(given).__name__}; "
-        "read_log reads a "
-        "file with a mapping of yours"
+        "read_log reads a file with a mapping of yours"
     )
 
 

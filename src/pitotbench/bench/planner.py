@@ -89,9 +89,8 @@ def conditions_of(request: PlanRequest) -> str:
     base, (low, high) = request.base, request.range
     return (
         f"{base.aircraft}, {base.altitude / FOOT:,.0f} ft, {request.das.label} Hz, turbulence "
-        f"{base.turbulence}, "
-        f"wind {base.wind.speed / KNOT:.0f} kt from {base.wind.from_direction / DEGREE:03.0f}°, "
-        f"{low / KNOT:.0f} to {high / KNOT:.0f} KIAS"
+        f"{base.turbulence}, wind {base.wind.speed / KNOT:.0f} kt from "
+        f"{base.wind.from_direction / DEGREE:03.0f}°, {low / KNOT:.0f} to {high / KNOT:.0f} KIAS"
     )
 
 

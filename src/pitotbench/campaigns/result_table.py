@@ -463,8 +463,8 @@ def page_of(
     seeds = table.seed.nunique()
     subtitle = (
         f"{', '.join(dict.fromkeys(table.das))} Hz · {', '.join(dict.fromkeys(table.turbulence))} "
-        "turbulence · "
-        f"{seeds} seed{'s' if seeds > 1 else ''} · simulated flights of {first.aircraft}"
+        f"turbulence · {seeds} seed{'s' if seeds > 1 else ''} · simulated flights of "
+        f"{first.aircraft}"
     )
     return campaign_page(subtitle, table, sections, failures, write_case(first), units, drawn)
 

@@ -169,8 +169,8 @@ class ResultStore:
             with suppress(OSError):
                 scratch.unlink()
             raise StoreError(
-                f"{self.folder}: {error.strerror or error}; what is stored is whole: "
-                "make room or change the folder, then give the same command again"
+                f"{self.folder}: {error.strerror or error}; what is stored is whole: make room or "
+                "change the folder, then give the same command again"
             ) from error
 
 

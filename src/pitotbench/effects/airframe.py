@@ -75,8 +75,7 @@ def _controls(axes_of: Mapping[str, Sequence[str]]) -> Build:
             if sizes[key] and not moving:
                 raise BadInputError(
                     f"effect {effect.name!r}: no aerodynamic function of {baseline.aircraft!r} "
-                    "reads its "
-                    f"{surface}; set {key} to 0"
+                    f"reads its {surface}; set {key} to 0"
                 )
             added += [
                 AxisFunction(each.axis, product(size(effect.name, key), each.name))

@@ -438,8 +438,8 @@ INCLINED_PITOT_LOSS = SensorEffect(
 
 
 DRIFT_SOURCE = (
-    "transducer data sheets: thermal zero shift some 0.01 % of full scale a kelvin, "
-    "warm-up within an hour"
+    "transducer data sheets: thermal zero shift some 0.01 % of full scale a kelvin, warm-up within "
+    "an hour"
 )
 
 
@@ -547,8 +547,8 @@ WATER_IN_LINE = SensorEffect(
 
 
 ZERO_SOURCE = (
-    "transducer data sheets: zero error up to some 0.1 % of full scale (13.8 kPa "
-    "impact, 129 kPa static)"
+    "transducer data sheets: zero error up to some 0.1 % of full scale (13.8 kPa impact, 129 kPa "
+    "static)"
 )
 
 

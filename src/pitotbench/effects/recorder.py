@@ -123,8 +123,8 @@ CLOCK_DRIFT = SensorEffect(
 
 
 COMPASS_SOURCE = (
-    "Handbook of Magnetic Compass Adjustment 2004 (NGA, formerly Pub. 226), ch. 5: "
-    "B sin ψ + C cos ψ + D sin 2ψ + E cos 2ψ; "
+    "Handbook of Magnetic Compass Adjustment 2004 (NGA, formerly Pub. 226), ch. 5: B sin ψ + C cos "
+    "ψ + D sin 2ψ + E cos 2ψ; "
 )
 
 
@@ -447,8 +447,8 @@ SATURATION = SensorEffect(
 
 
 PROBE_SOURCE = (
-    "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.99; probe "
-    "errors of some kelvin"
+    "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.99; probe errors of "
+    "some kelvin"
 )
 
 

@@ -59,8 +59,7 @@ class Signals:
         if missing:
             raise BadInputError(
                 f"effect {effect!r} needs the channel{'s' if len(missing) > 1 else ''} "
-                f"{', '.join(missing)}; "
-                "record them, or leave the effect out"
+                f"{', '.join(missing)}; record them, or leave the effect out"
             )
 
     def with_channels(self, **changed: Array) -> "Signals":

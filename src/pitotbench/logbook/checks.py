@@ -211,8 +211,8 @@ def check_stuck(draft: Draft) -> None:
         raise BadInputError(
             "the GPS velocity is the same in every row: the receiver gave none, or is stuck. Give "
             "another log; of a tunnel or a bench write the known speed of each run beside the "
-            f"airspeed that was shown, here {_usual_airspeed(draft):.1f} m/s, and "
-            "give that table to `pitotbench fixed-speed`"
+            f"airspeed that was shown, here {_usual_airspeed(draft):.1f} m/s, and give that table "
+            "to `pitotbench fixed-speed`"
         )
     velocity = ["velocity_north", "velocity_east"]
     # Each sensor is compared with another one that must change in flight: pressure with velocity,
@@ -426,8 +426,8 @@ def check_time(draft: Draft) -> None:
         i = int(np.argmax(step < 0.0))
         raise BadInputError(
             f"column {column!r}, row {draft.rows[i]}: time runs back from {time[i - 1]:g} to "
-            f"{time[i]:g} s; "
-            "time must increase: sort the rows, or cut the log where its clock was set"
+            f"{time[i]:g} s; time must increase: sort the rows, or cut the log where its clock was "
+            "set"
         )
     repeated = step == 0.0
     if repeated.mean() > _FEW:
@@ -520,8 +520,7 @@ def check_clock(draft: Draft) -> None:
     if not _SHORTEST_STEP <= usual <= _LONGEST_STEP:
         raise BadInputError(
             f"column {column!r}: the rows are {usual:.3g} s apart, where {_SHORTEST_STEP:g} to "
-            f"{_LONGEST_STEP:g} s "
-            f"are usual{_better_clock(draft, usual)}"
+            f"{_LONGEST_STEP:g} s are usual{_better_clock(draft, usual)}"
         )
     later = np.flatnonzero(steps > SECONDS_A_DAY) + 1
     if len(later):  # what works on a log counts its clock by the second
@@ -593,8 +592,7 @@ def check_spikes(draft: Draft) -> None:
             draft.drop(
                 bad,
                 f"column {draft.columns[quantity.name]!r}: impossible values in {int(bad.sum())} "
-                "rows "
-                f"({draft.named(bad)}): they are dropped",
+                f"rows ({draft.named(bad)}): they are dropped",
             )
 
 
@@ -672,8 +670,7 @@ def check_impact_pressure(draft: Draft) -> None:
     if negative.mean() > _MOST_NEGATIVE:
         raise BadInputError(
             f"column {column!r}: the impact pressure is negative in {int(negative.sum())} of "
-            f"{len(impact)} rows; "
-            "total and static are exchanged, or the sign is: swap them"
+            f"{len(impact)} rows; total and static are exchanged, or the sign is: swap them"
         )
     if negative.any():
         draft.drop(

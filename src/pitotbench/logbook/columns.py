@@ -261,8 +261,7 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
     if suffix in SUFFIXES:
         raise BadInputError(
             f"column {column!r}: {suffix!r} is a unit of {SUFFIXES[suffix].dimension}, but "
-            f"{quantity.name} is of "
-            f"{SUFFIXES[quantity.unit].dimension}; name it {usable}"
+            f"{quantity.name} is of {SUFFIXES[quantity.unit].dimension}; name it {usable}"
         )
     raise BadInputError(
         f"column {column!r}: {explain('unit suffix', suffix, list(SUFFIXES))} Name it {usable}."

@@ -321,8 +321,7 @@ def _check_ragged(ragged: list[Any], rows: int, between: int) -> list[str]:
         )
         raise BadInputError(
             f"row {number} has {row.actual_columns} columns, the first line names "
-            f"{row.expected_columns}{commas}; "
-            "correct or remove that row"
+            f"{row.expected_columns}{commas}; correct or remove that row"
         )
     return [
         f"row {number} breaks off after {row.actual_columns} of {row.expected_columns} columns: "

@@ -204,8 +204,8 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
         if source != "indicated_airspeed":
             draft.warnings.append(
                 f"column {draft.columns[source]!r} stands for the impact pressure: what is "
-                "calibrated is the "
-                "output of the air data computer, and the correction is what it has left"
+                "calibrated is the output of the air data computer, and the correction is what it "
+                "has left"
             )
             header[AIR_DATA] = f"computer: {source.replace('_', ' ')}"
         step = display_step(shown, draft.suffixes[source])
@@ -448,9 +448,8 @@ def _velocity_from_position(
     noise = max(_noise(speed, 2 * reach), _noise(across, 2 * reach))
     draft.warnings.append(
         f"the ground velocity is formed from {draft.columns['latitude']!r} and "
-        f"{draft.columns['longitude']!r} over "
-        f"{2.0 * float(np.nanmedian(apart)):.2g} s, along arcs in turns: "
-        f"±{2.0 * noise:.2g} m/s of noise (2σ)"
+        f"{draft.columns['longitude']!r} over {2.0 * float(np.nanmedian(apart)):.2g} s, along arcs "
+        f"in turns: ±{2.0 * noise:.2g} m/s of noise (2σ)"
     )
     header[OF_FIXES] = 2.0 * float(np.nanmedian(apart))
     receiver = USUAL_ACCURACIES["velocity_mps"]

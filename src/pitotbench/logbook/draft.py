@@ -111,9 +111,10 @@ class Draft:
             rows &= (since < first) | (since > last)
         if low >= high or rows.sum() < _FEWEST_ROWS:
             raise BadInputError(
-                f"--from {minutes_text(low)} --to {minutes_text(high)}"
-                f"{' and what is left out' if without else ''}: no rows remain; the log runs from "
-                f"0:00 to {minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
+                f"--from {minutes_text(low)} --to "
+                f"{minutes_text(high)}{' and what is left out' if without else ''}: no rows "
+                f"remain; the log runs from 0:00 to {minutes_text(float(since[-1]))} (minutes and "
+                "seconds from its first row)"
             )
         self.keep(rows)
 
@@ -223,9 +224,8 @@ def require(draft: Draft) -> None:
             hints += _NO_AIRSPEED
         raise MissingColumnsError(
             f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} (or in another "
-            f"unit).{hints} "
-            "A log with other names needs a mapping file: `pitotbench map LOG -o FILE.toml` drafts "
-            "one, --mapping FILE.toml reads by it"
+            f"unit).{hints} A log with other names needs a mapping file: `pitotbench map LOG -o "
+            "FILE.toml` drafts one, --mapping FILE.toml reads by it"
         )
     for name, words in draft.misnamed.items():
         if name not in QUANTITIES:
@@ -297,9 +297,8 @@ def hold_fixes(draft: Draft) -> None:
         draft.put("gps_fresh", fresh, draft.columns["velocity_north"])
     draft.drop(
         np.arange(len(fresh)) < int(np.argmax(fresh)),
-        f"column {draft.columns['velocity_north']!r} is blank between fixes (one in "
-        f"{interval:.0f} rows): "
-        "held from fix to fix",
+        f"column {draft.columns['velocity_north']!r} is blank between fixes (one in {interval:.0f} "
+        "rows): held from fix to fix",
     )
 
 

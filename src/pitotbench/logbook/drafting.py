@@ -426,8 +426,7 @@ def draft_mapping(table: Table) -> DraftedMapping:
     if len(table.names) > _MOST_COLUMNS:
         raise BadInputError(
             f"the log has {len(table.names):,} columns; a mapping is drafted for at most "
-            f"{_MOST_COLUMNS:,}: "
-            "keep those of air data and GPS"
+            f"{_MOST_COLUMNS:,}: keep those of air data and GPS"
         )
     table = first_of_each(table)
     columns = (

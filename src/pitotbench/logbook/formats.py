@@ -78,8 +78,8 @@ def format_of(path: Path) -> Format:
     if suffix not in FORMATS:
         raise BadInputError(
             f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}: write it as one "
-            "of these with the program that made it "
-            f"(read only: {', '.join(dict.fromkeys([*READ_ONLY, *TOPIC_READERS]))})"
+            "of these with the program that made it (read only: "
+            f"{', '.join(dict.fromkeys([*READ_ONLY, *TOPIC_READERS]))})"
         )
     return FORMATS[suffix]
 

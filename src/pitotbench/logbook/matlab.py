@@ -202,8 +202,8 @@ def _vector(name: str, value: object) -> Column:
     array = np.atleast_1d(np.atleast_1d(np.asarray(value)).squeeze())
     if array.ndim != 1:
         raise BadInputError(
-            f"variable {name!r} has shape {array.shape}; a column of a log is a vector: "
-            "save it as one, or leave it out"
+            f"variable {name!r} has shape {array.shape}; a column of a log is a vector: save it as "
+            "one, or leave it out"
         )
     return np.char.rstrip(array) if array.dtype.kind == "U" else array
 

@@ -154,8 +154,7 @@ def _check_axes(draft: Draft, flown: FlownRows, factor: Factor) -> None:
             if find_factor(other).misfit < LIMITS.axes_better * factor.misfit:
                 raise BadInputError(
                     f"column {draft.columns[name]!r}: this component alone looks like "
-                    f"{SUFFIXES[suffix].words}: "
-                    f"name the column {name}_{suffix}"
+                    f"{SUFFIXES[suffix].words}: name the column {name}_{suffix}"
                 )
 
 
@@ -164,8 +163,7 @@ def _check_misfit(draft: Draft, factor: Factor) -> None:
         return
     draft.doubt(
         f"{_columns(draft)}: no steady wind brings ground speed and airspeed together (they differ "
-        "by "
-        f"{factor.misfit:.0%} rms): check that {draft.columns['velocity_north']!r} and "
+        f"by {factor.misfit:.0%} rms): check that {draft.columns['velocity_north']!r} and "
         f"{draft.columns['velocity_east']!r} are north and east in one unit, on the clock of the "
         "air data",
         factor.misfit > LIMITS.misfit_refused,
@@ -178,10 +176,8 @@ def _check_change(draft: Draft, factor: Factor) -> None:
         return
     draft.doubt(
         f"{_columns(draft)}: the impact pressure that the ground speed asks for changes by "
-        f"{factor.change:+.0%} "
-        "from the first to the second half of the log, against the measured one: did a unit, a "
-        "gain or a source "
-        "change in flight?",
+        f"{factor.change:+.0%} from the first to the second half of the log, against the measured "
+        "one: did a unit, a gain or a source change in flight?",
         doubted > LIMITS.change_refused,
     )
 
@@ -196,9 +192,8 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     fits, gains = _fits(draft, flown, factor, (airspeed, ground)), _gains(draft, factor)
     others = [] if fits else _other_guesses(draft, factor, impact, bool(gains))
     words = (
-        f"{_columns(draft)}: the air data say about {airspeed:.0f} m/s, the GPS "
-        f"{ground:.0f} m/s with the wind taken off: "
-        f"{', or '.join([*fits, *gains, *others])}"
+        f"{_columns(draft)}: the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s "
+        f"with the wind taken off: {', or '.join([*fits, *gains, *others])}"
     )
     absurd = size - LIMITS.zero_allowed / impact > LIMITS.curve_refused
     # A unit that fits explains more than a zero does, where the difference is more than that of a

@@ -179,8 +179,7 @@ def _check_level(draft: Draft, name: str) -> None:
     way_out = f"; it would fit {' or '.join(fits)}" if fits else "; check its unit"
     words = (
         f"column {draft.columns[name]!r}: the air is {abs(excess):.0f} K "
-        f"{'warmer' if excess > 0 else 'colder'} "
-        f"than on a standard day at this pressure{way_out}"
+        f"{'warmer' if excess > 0 else 'colder'} than on a standard day at this pressure{way_out}"
     )
     draft.doubt(words, abs(excess) > LIMITS.temperature_refused, draft.columns[name])
 
@@ -243,16 +242,14 @@ def _check_rise(draft: Draft, name: str) -> None:
         )
         words = (
             f"column {draft.columns[name]!r}: a total temperature rises with the airspeed, this "
-            f"one {slope:.2f} "
-            f"times as much as it should: it looks like {likely}"
+            f"one {slope:.2f} times as much as it should: it looks like {likely}"
         )
         code = NO_TOTAL if likely == "air_temperature" else "suspect"
         draft.warnings.append(Caution(words, code, draft.columns[name], slope))
     if not total and slope > LIMITS.rise_of_air + margin:
         words = (
             f"column {draft.columns[name]!r}: an air temperature does not rise with the airspeed, "
-            "this one rises "
-            f"{slope:.2f} times as much as a total temperature: name the column "
+            f"this one rises {slope:.2f} times as much as a total temperature: name the column "
             f"total_temperature_{draft.suffixes[name]}"
         )
         draft.warnings.append(Caution(words, NO_AIR, draft.columns[name], slope))
@@ -327,10 +324,9 @@ def _refuse_total(draft: Draft, static: Array, height: Array) -> None:
     if slope - LIMITS.sigmas * error > LIMITS.total_slope:
         raise BadInputError(
             f"column {draft.columns['static_pressure']!r}: the pressure rises with the impact "
-            "pressure at one "
-            f"height ({slope:.2f} times as much): it looks like total pressure; name the column "
-            "total_pressure_"
-            f"{draft.suffixes['static_pressure']} and give the static pressure"
+            f"pressure at one height ({slope:.2f} times as much): it looks like total pressure; "
+            f"name the column total_pressure_{draft.suffixes['static_pressure']} and give the "
+            "static pressure"
         )
 
 

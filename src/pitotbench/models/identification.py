@@ -62,9 +62,8 @@ def maneuvers_of(log: FlightLog, name: str) -> list[Maneuver]:
     if renewed < SLOWEST:
         raise BadInputError(
             f"{name}: the body rates are renewed {renewed:.1f} times a second, and their slope, "
-            "the angular "
-            f"acceleration, needs at least {SLOWEST:g}; record them faster, or reconcile without "
-            "--terms"
+            f"the angular acceleration, needs at least {SLOWEST:g}; record them faster, or "
+            "reconcile without --terms"
         )
     mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
     lively = (np.abs(rates).max(axis=1) > LIVELY) & (mach > LEAST_MACH)

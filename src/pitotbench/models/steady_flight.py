@@ -165,8 +165,8 @@ def stall(model: PerformanceModel, height: float, flaps: float) -> Steady:
     frozen.run(100.0 * FULLY_DOWN)
     if best is None:
         raise SimulationError(
-            f"{frozen.name}: no angle of attack up to 30° carries the weight with a "
-            "trimmed elevator"
+            f"{frozen.name}: no angle of attack up to 30° carries the weight with a trimmed "
+            "elevator"
         )
     if best.alpha >= FLOW_ANGLES[-1]:
         raise SimulationError(

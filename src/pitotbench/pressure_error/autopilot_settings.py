@@ -89,15 +89,14 @@ def _require(autopilot: Autopilot, parameters: Mapping[str, float], more: tuple[
         )
         raise BadInputError(
             f"the log does not hold {' and '.join(missing)}, with which its airspeed was shown "
-            f"({has}). Calibrate "
-            "the file that the autopilot wrote (.bin or .ulg), or state the old values: --params "
+            f"({has}). Calibrate the file that the autopilot wrote (.bin or .ulg), or state the "
+            "old values: --params "
             f"{autopilot.title.lower()},{autopilot.gain}=...,{autopilot.offset}=..."
         )
     if not parameters[autopilot.gain] > 0.0:
         raise BadInputError(
-            f"the old {autopilot.gain} is {parameters[autopilot.gain]:g}: it must be above "
-            f"zero; state that of the flight: --params {autopilot.title.lower()},"
-            f"{autopilot.gain}=..."
+            f"the old {autopilot.gain} is {parameters[autopilot.gain]:g}: it must be above zero; "
+            f"state that of the flight: --params {autopilot.title.lower()},{autopilot.gain}=..."
         )
     if reason := _REFUSALS[autopilot.title](parameters, autopilot.prefix):
         raise BadInputError(

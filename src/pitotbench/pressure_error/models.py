@@ -302,9 +302,8 @@ def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pas
     low, high = float(np.min(q_c)), float(np.max(q_c))
     raise PressureErrorRangeError(
         f"the pressure error has no indicated impact pressure for q_c between {low:.0f} and "
-        f"{high:.0f} Pa; "
-        "it must stay well below 1 and vary slowly there: check its parameters and reference "
-        "pressure"
+        f"{high:.0f} Pa; it must stay well below 1 and vary slowly there: check its parameters and "
+        "reference pressure"
     )
 
 

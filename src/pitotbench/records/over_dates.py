@@ -46,6 +46,6 @@ class OverDates:
         return (
             f"the correction at {change.airspeed / KNOT:.0f} KIAS changed by "
             f"{change.size / KNOT:+.2f} ± {change.two_sigma / KNOT:.2f} kt between {before} and "
-            f"{after} (from {self.names[change.first]} on), so that no "
-            "one curve is right before and after: calibrate the flights of each time alone"
+            f"{after} (from {self.names[change.first]} on), so that no one curve is right before "
+            "and after: calibrate the flights of each time alone"
         )

@@ -68,15 +68,13 @@ def require_rates(das: DataSystem, flight_rate: float) -> None:
     if not 0.0 < das.gps_rate <= das.air_rate:
         raise BadInputError(
             f"data system {das.label}: the GPS rate must be above 0 and not exceed the air-data "
-            "rate; "
-            "write air data first, for example 20/1"
+            "rate; write air data first, for example 20/1"
         )
     # The rate of a flight is computed from its times, so it may be off by a rounding error.
     if das.air_rate > flight_rate * (1.0 + 1e-6):
         raise BadInputError(
             f"data system {das.label}: the air-data rate must not exceed the {flight_rate:g} Hz at "
-            "which the "
-            "flight is simulated; choose a lower one"
+            "which the flight is simulated; choose a lower one"
         )
 
 

@@ -285,8 +285,8 @@ def _shares(result: Calibration, wind_kt: float) -> Iterator[str]:
             yield (
                 f"{share.name} (estimated {value:+.3g} ± {found.two_sigma:.3g}) contributes "
                 f"±{share.curve / KNOT:.2f} kt to the curve's ±{total:.2f} kt and "
-                f"±{share.wind / KNOT:.2f} kt to "
-                f"the wind's ±{wind_kt:.2f} kt (2σ, as squares; parts overlap)"
+                f"±{share.wind / KNOT:.2f} kt to the wind's ±{wind_kt:.2f} kt (2σ, as squares; "
+                "parts overlap)"
             )
 
 

@@ -217,19 +217,15 @@ def _ranking(means: "pd.DataFrame") -> Iterator[str]:
         if rows.max() > _LOUD * rows.min():
             yield (
                 f"{_words(rows.idxmax())} has a residual of {rows.max():.2f} kt, "
-                f"{_words(rows.idxmin())} one of "
-                f"{rows.min():.2f} kt: where the airspeed changes fast, a slow GPS misses what "
-                "happens between two "
-                "fixes. The bound allows for it."
+                f"{_words(rows.idxmin())} one of {rows.min():.2f} kt: where the airspeed changes "
+                "fast, a slow GPS misses what happens between two fixes. The bound allows for it."
             )
     if quiet != known:
         yield (
             f"{_words(quiet)} has the smallest residual (2σ "
-            f"{_at(table, quiet, 'residual_two_sigma_kt')}), but "
-            f"{_words(known)} gives the smallest bound of the curve (mean ±2σ "
-            f"{_at(table, known, 'two_sigma_kt')} "
-            f"against {_at(table, quiet, 'two_sigma_kt')}): do not choose a maneuver by its "
-            "residual."
+            f"{_at(table, quiet, 'residual_two_sigma_kt')}), but {_words(known)} gives the "
+            f"smallest bound of the curve (mean ±2σ {_at(table, known, 'two_sigma_kt')} against "
+            f"{_at(table, quiet, 'two_sigma_kt')}): do not choose a maneuver by its residual."
         )
 
 
@@ -240,9 +236,8 @@ def _shapes(results: "pd.DataFrame") -> Iterator[str]:
     if stiff and len(share) > 1:
         yield (
             f"The true curve lies outside the ±2σ bound of {' and '.join(stiff)} over much of the "
-            "range: the bound "
-            "says how far noise moves the curve of a model, not whether the model can take the "
-            "true shape."
+            "range: the bound says how far noise moves the curve of a model, not whether the model "
+            "can take the true shape."
         )
 
 

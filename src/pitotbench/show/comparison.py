@@ -94,8 +94,8 @@ def _flying_words(flown: Sequence[FlownChange]) -> list[str]:
     if not felt:
         return ["It flies as before: stall, glide, climb and cruise are the same."]
     said = [
-        f"{each.name} {each.old:,.3g} → {with_unit(f'{each.new:,.3g}', each.unit)}"
-        f" ({_percent(each.new / each.old - 1.0)})"
+        f"{each.name} {each.old:,.3g} → {with_unit(f'{each.new:,.3g}', each.unit)} "
+        f"({_percent(each.new / each.old - 1.0)})"
         for each in felt
     ]
     return [f"It flies: {'; '.join(said)}."]

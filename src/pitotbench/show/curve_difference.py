@@ -81,8 +81,8 @@ def difference_sentence(found: CurveDifference) -> str:
         at = int(np.argmin(np.abs(speed - speed.mean())))
         return (
             f"{found.second} reads the same as {found.first} from {speed[0]:.0f} to "
-            f"{speed[-1]:.0f} KIAS: no "
-            f"difference shows, and at {speed[at]:.0f} KIAS one of ±{bound[at]:.1f} kt (2σ) would."
+            f"{speed[-1]:.0f} KIAS: no difference shows, and at {speed[at]:.0f} KIAS one of "
+            f"±{bound[at]:.1f} kt (2σ) would."
         )
     clear = np.abs(value) > bound
     sentences = [

@@ -272,8 +272,7 @@ def table_text(
     if len(curves) > 1:
         raise BadInputError(
             f"a JSBSim system reads one curve, and there are {len(curves)} ({', '.join(curves)}): "
-            "give one log, or "
-            "a card of one configuration"
+            "give one log, or a card of one configuration"
         )
     ((name, curve),) = curves.items()
     about = ", ".join(filter(None, (subject, made.airplane, made.flown)))

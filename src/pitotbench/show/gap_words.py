@@ -86,8 +86,8 @@ DOUBTED = 0.1  # probability of causes in no form of the table, from which it is
 
 _WITHOUT_NULL_FLIGHTS = (
     "No simulated flights of this card were there to compare with, so that the noise is judged by "
-    "this log alone. "
-    "Small gaps are not told. Repeat the flight before you believe a size of a few σ."
+    "this log alone. Small gaps are not told. Repeat the flight before you believe a size of a few "
+    "σ."
 )
 
 
@@ -285,8 +285,7 @@ def _best(verdict: Verdict) -> str:
     best = verdict.candidates[0]
     return (
         f"The best candidate, {effect_words(best)}, with a score of {best.score:.0f}σ, leaves a "
-        "gap or does not "
-        "explain parts of the log that it was not fitted to. "
+        "gap or does not explain parts of the log that it was not fitted to. "
     )
 
 

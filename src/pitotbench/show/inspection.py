@@ -90,11 +90,9 @@ def inspection_sentences(found: LogInspection) -> list[str]:
     count = len(found.flights)
     sentences = [
         f"{found.rows:,} rows at {found.rate:.3g} Hz: {count} flight{'s' if count > 1 else ''}, "
-        f"{minutes:.1f} min, "
-        f"{len(found.pauses)} pause{'' if len(found.pauses) == 1 else 's'}.",
+        f"{minutes:.1f} min, {len(found.pauses)} pause{'' if len(found.pauses) == 1 else 's'}.",
         f"Indicated airspeeds {low:.0f} to {high:.0f} kt, pressure altitudes {bottom:,.0f} to "
-        f"{top:,.0f} ft, "
-        f"tracks in {found.headings} of 12 sectors of 30°.",
+        f"{top:,.0f} ft, tracks in {found.headings} of 12 sectors of 30°.",
         f"Wind about {np.hypot(*found.wind) / KNOT:.0f} kt from "
         f"{np.arctan2(-found.wind[1], -found.wind[0]) / DEGREE % 360.0:03.0f}°"
         + (" on the whole; a calibration finds one for each part." if found.wind_drifts else "."),
@@ -218,8 +216,7 @@ def _found(found: Attached) -> list[str]:
         f"{found.mass_kg / POUND:,.0f} lb, {count} ({found.engine_kind}), thrust lag "
         f"{found.engine_time_s:.1f} s.",
         f"At {found.altitude_ft:,.0f} ft with flaps up the stall speed is {found.stall_kt:.0f} "
-        f"KCAS, and {fastest} "
-        f"{found.fastest_kt:.0f} KCAS: both found by flying the model.",
+        f"KCAS, and {fastest} {found.fastest_kt:.0f} KCAS: both found by flying the model.",
     ]
     if found.missing:
         sentences.append(

@@ -252,11 +252,10 @@ def plan_words(plan: HandPlan | None, want: float | None) -> list[str]:
         else f" Fly all of it {plan.times} times, every other time from the fast end."
     )
     return [
-        f"Fly {speeds} KIAS, at each {plan.legs} legs on true tracks {tracks}; "
-        "all turned together by any angle will do.",
-        f"Hold each leg for 30 s and read whole knots and degrees.{again} "
-        f"It takes {plan.minutes:.0f} min and gives a curve with a 2σ of "
-        f"{plan.two_sigma / KNOT:.2f} kt.",
+        f"Fly {speeds} KIAS, at each {plan.legs} legs on true tracks {tracks}; all turned together "
+        "by any angle will do.",
+        f"Hold each leg for 30 s and read whole knots and degrees.{again} It takes "
+        f"{plan.minutes:.0f} min and gives a curve with a 2σ of {plan.two_sigma / KNOT:.2f} kt.",
     ]
 
 

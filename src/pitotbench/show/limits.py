@@ -134,8 +134,7 @@ def limit_named(text: str) -> Limit | str | None:
     if parts is None:
         raise BadInputError(
             f"--limit {text!r}: give auto, far25, far23, none, or your own as "
-            "PERCENT%,KNOTSkt[,FEETft], such as "
-            "2%,3kt,30ft (the altitude error is for each 100 kt)"
+            "PERCENT%,KNOTSkt[,FEETft], such as 2%,3kt,30ft (the altitude error is for each 100 kt)"
         )
     feet = float(parts["feet"]) if parts["feet"] else None
     return Limit(_OWN_NAME, float(parts["percent"]) / 100.0, float(parts["knots"]), _OWN_NAME, feet)

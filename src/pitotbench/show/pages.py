@@ -61,11 +61,10 @@ _READING = Heading(
             "calibrated airspeed. Its ±2σ bound at an airspeed is made to contain the true "
             "correction there in 95 of 100 flights. The level and the length of gusts and the "
             "sensor noise are unknown; they are estimated from the log itself. Use the curve only "
-            "between the airspeeds that were flown. The errors at neighboring airspeeds are "
-            "alike, so a single flight often has its whole curve inside the bound or much of it "
-            "outside; only the mean over many flights is 95 %. The ±2σ band of the whole curve is "
-            "wider: it is made to contain the true curve at all airspeeds at once, in 95 of 100 "
-            "flights.",
+            "between the airspeeds that were flown. The errors at neighboring airspeeds are alike, "
+            "so a single flight often has its whole curve inside the bound or much of it outside; "
+            "only the mean over many flights is 95 %. The ±2σ band of the whole curve is wider: it "
+            "is made to contain the true curve at all airspeeds at once, in 95 of 100 flights.",
             "The 2σ for white residuals is the Cramér-Rao bound for residuals that do not depend "
             "on each other from sample to sample. It is shown for comparison: in moving air it is "
             "far too small. The 2σ of the residual is the scatter between data and model in the "

@@ -38,8 +38,7 @@ def plan_advice(plan: Plan) -> list[str]:
     if plan.gentle is not None and plan.gentle is not plan.best:
         lines.append(
             "The forecast for steep turns assumes that the pressure error does not depend on the "
-            "load factor. "
-            f"Without steep turns, fly the {_forecast_words(plan, plan.gentle)}."
+            f"load factor. Without steep turns, fly the {_forecast_words(plan, plan.gentle)}."
         )
     if plan.improved is not None:
         changed = ", ".join(map(_entry_words, *zip(*plan.improved.card.items(), strict=True)))

@@ -164,8 +164,8 @@ def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
     """The ranges of the logs, in the field's units, before further lines."""
     ranges = [
         f"{f.name}: {f.airspeeds[0] / KNOT:.0f} to {f.airspeeds[1] / KNOT:.0f} KIAS, pressure "
-        "altitude "
-        f"{f.heights[0] / FOOT:,.0f} to {f.heights[1] / FOOT:,.0f} ft (5 % to 95 % of the rows)."
+        f"altitude {f.heights[0] / FOOT:,.0f} to {f.heights[1] / FOOT:,.0f} ft (5 % to 95 % of the "
+        "rows)."
         for f in made.inputs
         if f.rows
     ]

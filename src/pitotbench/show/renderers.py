@@ -142,8 +142,8 @@ _HTML: dict[type, Callable[[Any, Units, int], str]] = {
         else f'<ul class="warn">{_texts("li", nodes, units)}</ul>'
     ),
     Notice: lambda nodes, units, _: (
-        f"<details><summary>Notes on what was read: {len(nodes)}</summary>"
-        f"<ul>{_texts('li', nodes, units)}</ul></details>"
+        "<details><summary>Notes on what was read: "
+        f"{len(nodes)}</summary><ul>{_texts('li', nodes, units)}</ul></details>"
     ),
     Code: lambda nodes, *_: "\n".join(f"<pre>{escape(node.text)}</pre>" for node in nodes),
     Table: lambda nodes, units, _: "\n".join(_table(node, units) for node in nodes),

@@ -256,9 +256,8 @@ def _shortfall(flown: FlownAgain) -> str:
         return ""
     within = "is within its" if len(short) == 1 else "are within their"
     return (
-        f"With the patch, {listed(short)} {within} tolerance less often than between two "
-        "flights of one airplane: the replay has another hand and other gusts, so it drifts from "
-        "the log."
+        f"With the patch, {listed(short)} {within} tolerance less often than between two flights "
+        "of one airplane: the replay has another hand and other gusts, so it drifts from the log."
     )
 
 

@@ -261,8 +261,7 @@ def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
     if abs(ballast) > MOST_BALLAST:
         raise BadInputError(
             f"mass_kg goes from {lightest:.0f} to {heaviest:.0f} kg, and {aircraft} weighs "
-            f"{least:.0f} to "
-            f"{full:.0f} kg: check the unit of the column, or name another aircraft"
+            f"{least:.0f} to {full:.0f} kg: check the unit of the column, or name another aircraft"
         )
     return ballast
 

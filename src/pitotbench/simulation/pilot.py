@@ -380,8 +380,7 @@ def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
     if abs(off) > SET_UP_WORST:  # less is turbulence: the log says what was achieved
         raise cockpit.plant.failure(
             f"{airspeed / KNOT:.0f} KCAS in level flight was not reached ({off / KNOT:+.1f} kt "
-            "off); "
-            "choose a speed that it holds"
+            "off); choose a speed that it holds"
         )
 
 

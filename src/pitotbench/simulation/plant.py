@@ -483,10 +483,8 @@ class Plant:
             if self.get("time") >= limit:
                 raise self.failure(
                     f"level flight at {airspeed / KNOT:.0f} KCAS and {altitude / FOOT:.0f} ft was "
-                    "not reached: "
-                    f"{speed:+.1f} kt, {height:+.0f} ft and {turned:+.1f}° off after {limit:.0f} "
-                    "s; "
-                    "choose a speed and height that the aircraft holds"
+                    f"not reached: {speed:+.1f} kt, {height:+.0f} ft and {turned:+.1f}° off after "
+                    f"{limit:.0f} s; choose a speed and height that the aircraft holds"
                 )
             self.run(SETTLE_LOOK)
 

@@ -70,9 +70,9 @@ def reading_times(log: FlightLog, path: Path) -> ReadingTimes:
 # Not `ru_maxrss`: a new process begins with that of the process which started it, and this one
 # holds long logs.
 _PEAK = (
-    "import sys, pitotbench as p; log = p.read_log(sys.argv[1]);"
-    "len(sys.argv) > 2 and p.calibrate(log);"
-    "print(next(line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')))"
+    "import sys, pitotbench as p; log = p.read_log(sys.argv[1]);len(sys.argv) > 2 and "
+    "p.calibrate(log);print(next(line.split()[1] for line in open('/proc/self/status') if "
+    "line.startswith('VmHWM')))"
 )
 
 

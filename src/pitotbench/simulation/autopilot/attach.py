@@ -180,8 +180,7 @@ def engines_of(folder: Path, root: ET.Element) -> Engines:
         what = ", ".join(sorted(tag for tag in tags if tag.endswith("engine"))) or "none"
         raise BadInputError(
             f"aircraft {folder.name}: no engine that holds a level speed (piston, turboprop, "
-            "electric, jet); "
-            f"it has {what}"
+            f"electric, jet); it has {what}"
         )
     return Engines(" and ".join(sorted(kinds)), idle)
 

@@ -59,8 +59,8 @@ def write_levers(root: ET.Element, engines: int, taken: str) -> None:
     channel = ET.SubElement(system, "channel", name="attached levers")
     # The ratio of the densities, near enough, and the best power of a rich mixture.
     ratio = (
-        "<product> <value> 0.85 </value> <quotient> <property> atmosphere/P-psf </property>"
-        " <value> 2116.2 </value> </quotient> </product>"
+        "<product> <value> 0.85 </value> <quotient> <property> atmosphere/P-psf </property> "
+        "<value> 2116.2 </value> </quotient> </product>"
     )
     for lever, value in (
         ("mixture", ratio),

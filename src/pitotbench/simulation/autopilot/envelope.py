@@ -77,8 +77,7 @@ def explore(aircraft: FrozenAircraft) -> Envelope:
     if fastest < 1.35 * stall:
         raise SimulationError(
             f"{aircraft.name}: level flight reaches from {stall / KNOT:.0f} to "
-            f"{fastest / KNOT:.0f} kt (true): "
-            "too little for a calibration"
+            f"{fastest / KNOT:.0f} kt (true): too little for a calibration"
         )
     speeds = np.geomspace(SLOWEST_TRIM * stall, fastest, SPEEDS)
     points = tuple(trim(aircraft, float(speed)) for speed in speeds)

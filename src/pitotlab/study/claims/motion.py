@@ -222,10 +222,9 @@ def turns(evidence: StudyTables) -> Finding:
         RULES["C8"].judge(every, most),
         f"on-condition against full data, 2σ of the airspeed {alike['airspeed']} at 50/50 Hz, "
         f"{max(map(abs, every)):.1f} % at most at any data rate; largest fall with V_down "
-        f"{max(most):.1f} %. Pooled over the "
-        f"outputs {alike['pooled']}. V_down lowers the first by {falls['airspeed'].text(1)} % and "
-        f"the second by {falls['pooled'].text(1)} % (full data) and {straight.text(1)} % (on "
-        "condition)",
+        f"{max(most):.1f} %. Pooled over the outputs {alike['pooled']}. V_down lowers the first by "
+        f"{falls['airspeed'].text(1)} % and the second by {falls['pooled'].text(1)} % (full data) "
+        f"and {straight.text(1)} % (on condition)",
         "Fit all data and on-condition data of Step Decrease, with and without V_down. Compute the "
         "2σ of the airspeed, and pooled over the outputs as for C7.",
         f"{_words(same)} A fit of airspeed uses the size of the velocity through the air, and its "

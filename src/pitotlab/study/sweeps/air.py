@@ -129,9 +129,9 @@ def variable_wind(evidence: StudyTables) -> Reply:
         f"change for {NAMES[least]} and at {_said(limit[most], CHANGING)} kt/min for "
         f"{NAMES[most]}; at {_NAMED:g} kt/min a constant wind in the model leaves {constant:.0f} % "
         f"of the curve inside its 2σ over the five maneuvers ({int(inside[0].isna().sum())} of "
-        f"{len(inside[0])} flights refused), a drifting one {drifting:.0f} %. Of "
-        f"shear, at an altitude that wanders by {wander:.0f} ft rms, the first to double is "
-        f"{NAMES[first]}, at {_said(shear[first], SHEARED)} kt/100 ft.",
+        f"{len(inside[0])} flights refused), a drifting one {drifting:.0f} %. Of shear, at an "
+        f"altitude that wanders by {wander:.0f} ft rms, the first to double is {NAMES[first]}, at "
+        f"{_said(shear[first], SHEARED)} kt/100 ft.",
         (named(partial(_wind_row, evidence)),),
     )
 

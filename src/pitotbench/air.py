@@ -12,7 +12,7 @@ from pitotbench.units import Array, Kelvin, Meters, MetersPerSecond, Pascal
 SEA_LEVEL_PRESSURE = 101325.0  # Pa
 SEA_LEVEL_TEMPERATURE = 288.15  # K
 GAS_CONSTANT = 287.053  # J/(kg K)
-HEAT_RATIO = 1.4
+HEAT_RATIO = 1.4  # of the specific heats of air
 GRAVITY = 9.80665  # m/s²
 LAPSE_RATE = 0.0065  # K/m, below the tropopause
 TROPOPAUSE = 11000.0  # m, geopotential

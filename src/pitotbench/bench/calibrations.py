@@ -258,9 +258,8 @@ def setting_of(advised: Mapping[str, Any]) -> "AnalysisSetting":
 
 
 _LIBRARIES = ("numpy", "scipy", "pandas", "jsbsim")
-Source = tuple[
-    str, OneLog, FlightLog | None
-]  # role, what was given, and the log read of it; None of another file
+# Role, what was given, and the log read of it; None of another file.
+Source = tuple[str, OneLog, FlightLog | None]
 
 
 def provenance_of(sources: Iterable[Source], choices: Iterable[Choice]) -> Provenance:

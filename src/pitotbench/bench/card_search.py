@@ -39,7 +39,7 @@ _FREE = {
 _OVERTIME = 1.0
 # of a number's logarithm; up and down in turn, so that the first cards take similar times
 _FIRST_STEP = 0.35
-_UNFLYABLE = 50.0
+_UNFLYABLE = 50.0  # cost, above that of every card that can be flown
 
 
 @dataclass(frozen=True, slots=True)

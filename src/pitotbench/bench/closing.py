@@ -37,7 +37,7 @@ from pitotbench.records.maneuver import Maneuvers
 from pitotbench.records.verdict import Candidate, Closure, Gap
 from pitotbench.simulation.modified import FORM, install_variant, require_free
 
-ROUNDS = 5
+ROUNDS = 5  # at the most: each finds one gap more and patches it
 LEAST_GROWTH = 0.01  # of the explainable gap, held out: below it a round is not worth a patch
 
 

@@ -60,9 +60,8 @@ def fly_again(
             skipped="the log has no column `segment`: its parts cannot be matched to those of the "
             "card"
         )
-    slow = rates_for(card.das.air_rate)[
-        0
-    ]  # means of segments are compared, and the slowest rate gives them too
+    # Means of segments are compared, and the slowest rate gives them too.
+    slow = rates_for(card.das.air_rate)[0]
     base = replace(card, wind=wind_of_log(log), effects=(), integration_rate=slow)
     trial, others = range(SEED, SEED + 1), range(SEED + 1, SEED + FLIGHTS)
     try:

@@ -27,9 +27,9 @@ from pitotbench.units import KNOT, Array, MetersPerSecond, from_si
 
 # Numbers of a card, or lists of them, by their keys with a unit's suffix.
 CardChanges = Mapping[str, float | list[float]]
-_CURVE_STEP = 5.0 * KNOT
-_NARROWEST = 20.0 * KNOT
-_FEWEST_DRAWS = 2
+_CURVE_STEP = 5.0 * KNOT  # between the airspeeds at which a bound is predicted
+_NARROWEST = 20.0 * KNOT  # range of airspeed that a plan may ask for
+_FEWEST_DRAWS = 2  # flights in gusts, of which the bound is averaged
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +121,7 @@ _CHANNELS = (
     *CALIBRATION_CHANNELS, "true_airspeed", "wind_north", "wind_east", "wind_down", "roll", "position_north",
     "position_east", "heading", "calibrated_airspeed",
 )  # fmt: skip
-_KEPT_FLIGHTS = 16
+_KEPT_FLIGHTS = 16  # in memory, of the maneuvers that a plan compares
 
 
 def forecast(request: PlanRequest, maneuver: str, card: CardChanges | None = None) -> Forecast:
@@ -190,9 +190,8 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
         height_walk=das.velocity_noise / das.gps_rate**0.5,
     )
     location = request.options.error_location
-    if (
-        location == AUTO
-    ):  # the calibrator finds the place from the height, or assumes the published one
+    # The calibrator finds the place from the height, or assumes the published one.
+    if location == AUTO:
         location = request.base.pressure_error.location
     options = replace(request.options, error_location=location)
     wind = np.array(wind_toward(request.base.wind)[:2])

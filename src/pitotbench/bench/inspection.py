@@ -23,11 +23,11 @@ from pitotbench.records.motion import CONTROLS, STATES
 from pitotbench.timeline import interval, pauses
 from pitotbench.units import DEGREE, KNOT, Array
 
-_SECTOR = 30.0 * DEGREE
+_SECTOR = 30.0 * DEGREE  # of track: twelve of them make the circle
 _VISITED = 0.02  # share of the rows that counts as a heading flown
 _MOST_ROWS = 3000  # that the expected bound is computed from: geometry needs no more
 _SPEEDS = 7  # airspeeds at which the bound is given
-_QUANTILES = (0.05, 0.5, 0.95)
+_QUANTILES = (0.05, 0.5, 0.95)  # of a channel: its usual low, middle and high
 _NEEDS = {  # question: what it needs beyond pressures and ground velocity, and what is assumed or lost without
     "altitude (position) error": (
         ("altitude",),

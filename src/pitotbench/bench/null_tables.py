@@ -22,7 +22,7 @@ from pitotbench.records.case_file import write_case
 
 FORMAT = 1  # of the numbers in a table: one more where the code gives others
 FOLDER = Path(__file__).with_name("null_flights_of_cards")
-DIGITS = 7
+DIGITS = 7  # of a number in a shipped table: more than the flights determine
 
 
 def table_of(card: Case, flights: int, setting: AnalysisSetting) -> Path:

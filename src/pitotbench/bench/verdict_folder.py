@@ -24,12 +24,8 @@ from pitotbench.show.reader_units import reader_units
 from pitotbench.show.verdict_tree import account_page
 from pitotbench.simulation.modified import install_variant, overlay_xml
 
-WRITTEN = (
-    "verdict.json",
-    "patch.toml",
-    "report.html",
-    "overlay.xml",
-)  # the files that a run writes
+# The files that a run writes.
+WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")
 
 
 def keep(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.bench.flown_card import as_flown, card_of, has_weather_report
+from pitotbench.bench.fly_again import as_the_log_shows, fly_again
 from pitotbench.bench.null_cache import Progress
 from pitotbench.bench.null_flights import NULL_FLIGHTS, null_distribution_of
 from pitotbench.campaigns.flights import briefing
@@ -57,7 +58,6 @@ from pitotbench.simulation.modified import unpatched
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-from pitotbench.bench.fly_again import as_the_log_shows, fly_again
 
 
 @dataclass(frozen=True, slots=True)

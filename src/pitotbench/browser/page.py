@@ -35,7 +35,7 @@ _GREEN = "#009E73"
 _INK = "#222222"
 _GREY = "#777777"
 _TALL = 270  # px
-_FAINT = 0.15
+_FAINT = 0.15  # opacity of an area behind the lines
 _ROOM = 50.0  # of the unit of length, above and below the heights flown
 _KILOMETER = 1000.0  # m
 _AT_SPEEDS = {"slow": _BLUE, "middle": _ORANGE, "fast": _GREEN}  # of the course over dates
@@ -131,12 +131,13 @@ def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
         minutes = (time - result.log_start) / MINUTE
         spans = (np.array(desk.answer.spans) - result.log_start) / MINUTE
         legs = [_with_bound(point, unit)[:-1] for point in result.points]
+        # NaN between the lines of two configurations.
         books = [
             np.pad(
                 [each.indicated_airspeed, each.correction], ((0, 0), (0, 1)), constant_values=np.nan
             )
             for each in result.curve.published
-        ]  # not a number between the lines of two configurations
+        ]
         answered = {
             "used": tuple(spans.T),
             "curve": _with_bound(result.curve, unit),

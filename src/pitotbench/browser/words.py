@@ -19,16 +19,8 @@ from pitotbench.show.tree import SOURCES
 from pitotbench.units import KNOT, SUFFIXES, SYMBOLS
 
 UNITS = ("kt", "kmh", "mph", "mps")
-_KINDS = (
-    "page",
-    "card",
-    "record",
-    "table",
-    "sheet",
-    "parameters",
-    "mapping",
-    "json",
-)  # to take away
+# What can be taken away.
+_KINDS = ("page", "card", "record", "table", "sheet", "parameters", "mapping", "json")
 _FLAGS = {each.metadata["flag"]: name for name, each in SETTINGS.items()}
 _LABELS = {"begin": "from", "end": "to", "temperature_c": "temperature of the day"}  # of fields
 # A flag with its value: a number, a quoted text or `name=value`, for a word goes on with the sentence.

@@ -31,9 +31,8 @@ class Limits:
 
 def serve(pipe: Connection, limits: Limits) -> None:
     """Answer questions from a pipe until it is closed. The target of a child process."""
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # Ctrl-C is for the server, which ends its children
+    # Ctrl-C is for the server, which ends its children.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     _limit("RLIMIT_AS", limits.memory)
     for name in NEEDED:
         import_module(name)

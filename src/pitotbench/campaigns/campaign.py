@@ -456,9 +456,8 @@ class _Campaign:
             page = page_of(case, table, found.sections, failures, self.units, self.plan.drawn)
             write_text(folder / PAGE, page)
         else:
-            (folder / PAGE).unlink(
-                missing_ok=True
-            )  # that of an earlier run, which shows another table
+            # The page of an earlier run shows another table.
+            (folder / PAGE).unlink(missing_ok=True)
         answers = tuple(section.answer for section in found.sections)
         counts = watch.found, watch.flown
         return CampaignResult(table, failures, folder, *counts, answers, self.plan.drawn)

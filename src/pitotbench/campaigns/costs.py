@@ -13,8 +13,8 @@ from pitotbench.simulation.maneuvers import MANEUVERS
 
 # Measured on one core of a server of 2024 (docs/scale.md).
 CPU_SECONDS_A_MINUTE = 0.15  # of flight
-CPU_SECONDS_A_CALIBRATION = 0.12
-BYTES_A_PART = 4096
+CPU_SECONDS_A_CALIBRATION = 0.12  # of a data system by a model
+BYTES_A_PART = 4096  # of the store, one a flight
 BYTES_A_SAMPLE = 100  # of a log in Parquet
 _MINUTES = 6.0  # of a maneuver that the paper does not have
 _SAMPLED_TASKS = 1_000  # flights of the plan

@@ -112,10 +112,8 @@ def wind_toward(wind: Wind) -> Array:
     )
 
 
-SCORED_RANGE = (
-    100.0 * KNOT,
-    160.0 * KNOT,
-)  # of indicated airspeed: curves are scored and averaged inside it
+# Of indicated airspeed [m/s]: curves are scored and averaged inside it.
+SCORED_RANGE = (100.0 * KNOT, 160.0 * KNOT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -456,9 +456,8 @@ def page_of(
     """Return the page of results in HTML, in the reader's units; `first` is the case of the first
     flight, `drawn` as for `means_of`.
     """
-    from pitotbench.show.pages import (
-        campaign_page,
-    )  # it loads the drawing library, which only a page needs
+    # It loads the drawing library, which only a page needs.
+    from pitotbench.show.pages import campaign_page
 
     seeds = table.seed.nunique()
     subtitle = (

@@ -92,12 +92,8 @@ def sharded(tasks: Iterator[Task], shard: tuple[int, int]) -> Iterator[Task]:
     return (task for number, task in enumerate(tasks) if number % parts == part - 1)
 
 
-CHANNELS = (
-    *LOG_CHANNELS,
-    "position_north",
-    "position_east",
-    "calibrated_airspeed",
-)  # logged and drawn
+# What is logged and drawn.
+CHANNELS = (*LOG_CHANNELS, "position_north", "position_east", "calibrated_airspeed")
 
 
 @dataclass(frozen=True, slots=True)

@@ -125,9 +125,8 @@ class WorkerPool(Executor):
                 if not call.future.set_running_or_notify_cancel():
                     continue
                 try:
-                    if (
-                        worker is not None and not worker.process.is_alive()
-                    ):  # it was killed while it was idle
+                    # It was killed while it was idle.
+                    if worker is not None and not worker.process.is_alive():
                         self._dismiss(worker)
                         worker = None
                     worker = worker or self._hire()
@@ -272,9 +271,8 @@ def _work(calls: "Connection[Any, Any]", log: str, parent: int) -> None:
     then its result as (true, value) or its error as (false, error).
     """
     _end_with(parent)
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # Ctrl-C goes to the whole group; the driver ends its workers
+    # Ctrl-C goes to the whole group; the driver ends its workers.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     written = os.open(log, os.O_WRONLY | os.O_APPEND)
     with suppress(OSError):  # nobody else needs its name; Windows keeps that of an open file
         os.unlink(log)

@@ -28,10 +28,9 @@ FLAGS = (
     flag(
         "action",
         choices=[*_FLAGS],
-        help="check: attach the autopilot, and fly what can be flown; "
-        "performance: stall, climb, cruise, glide and ceiling in steady flight, or its modes; "
-        "indicator: make a handbook's table of airspeeds the airspeed indicator of a JSBSim "
-        "airplane",
+        help="check: attach the autopilot, and fly what can be flown; performance: stall, climb, "
+        "cruise, glide and ceiling in steady flight, or its modes; indicator: make a handbook's "
+        "table of airspeeds the airspeed indicator of a JSBSim airplane",
     ),
     flag(
         "aircraft",

@@ -269,9 +269,8 @@ def guarded(options: Namespace) -> int:
 
 def _explain(error: BaseException) -> tuple[int, str]:
     """Return the exit code of an error, and the line that explains it."""
-    from numpy.linalg import (
-        LinAlgError,
-    )  # imported only here: NumPy takes longer to load than all the rest
+    # Imported only here: NumPy takes longer to load than all the rest.
+    from numpy.linalg import LinAlgError
 
     match error:
         case KeyboardInterrupt():

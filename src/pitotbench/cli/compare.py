@@ -56,9 +56,8 @@ FLAGS = (
         "--tolerance",
         type=float,
         metavar="PERCENT",
-        help="of two airplanes: exit code 1 where a force, a moment, power or mass changes by "
-        "more than this share "
-        "of its largest value in the flight",
+        help="of two airplanes: exit code 1 where a force, a moment, power or mass changes by more "
+        "than this share of its largest value in the flight",
     ),
 )
 

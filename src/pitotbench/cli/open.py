@@ -7,8 +7,8 @@ from pathlib import Path
 from pitotbench.cli.shared_flags import flag
 from pitotbench.records import BadInputError
 
-_PORT = 5020
-_LAST_PORT = 65_535
+_PORT = 5020  # of the page, where none is asked for
+_LAST_PORT = 65_535  # that TCP has
 
 
 FLAGS = (

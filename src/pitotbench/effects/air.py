@@ -275,9 +275,8 @@ WIND_DRIFT = AirEffect(
             "east_mps_per_min", -0.10, -2.0, 2.0, "change of the wind toward east, per minute"
         ),
     ),
-    source="Martos, Kiszely and Foster 2011: the methods take the wind as constant; hourly "
-    "changes of 2 to 5 m/s "
-    "are usual in soundings (estimate)",
+    source="Martos, Kiszely and Foster 2011: the methods take the wind as constant; hourly changes "
+    "of 2 to 5 m/s are usual in soundings (estimate)",
     what="The wind changes during the flight.",
     shows_in=TURNING,
     for_whole_flight=True,

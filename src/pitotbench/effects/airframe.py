@@ -49,8 +49,7 @@ BELLY_POD = AircraftEffect(
         Parameter("drag_area_m2", 0.1, -0.2, 0.8, "drag area: drag over dynamic pressure"),
     ),
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: 0.1 on the frontal area of a fairing to 1 "
-    "for blunt bodies; "
-    "Martos, Kiszely and Foster 2011: the pod on the airplane, not in the model",
+    "for blunt bodies; Martos, Kiszely and Foster 2011: the pod on the airplane, not in the model",
     what="A pod or antenna that the model lacks adds drag: less speed for the power.",
     shows_in=RANGE_OF_AIRSPEED,
     build=_drag(lambda area: (area, 1.0 / FOOT**2)),

@@ -359,9 +359,8 @@ def _on_sensors(form: SensorEffect) -> SensorEffect:
     def function(signals: Signals, sizes: Mapping[str, float]) -> Signals:
         changed, share = whole(signals, sizes), share_of_size(form, elapsed(signals), sizes)
         names = (name for name in changed if changed[name] is not signals[name])
-        if (
-            form.after_noise
-        ):  # a recorder repeats and rounds values or does not; nothing lies between
+        # A recorder repeats and rounds values or does not; nothing lies between.
+        if form.after_noise:
             on = share >= 0.5
             return signals.with_channels(**{n: np.where(on, changed[n], signals[n]) for n in names})
         return signals.with_channels(

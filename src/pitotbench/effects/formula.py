@@ -36,10 +36,8 @@ from pitotbench.units import FOOT, INCH_OF_MERCURY, PSF, STANDARD_GRAVITY, SUFFI
 ALPHA, BETA = "aero/alpha-rad", "aero/beta-rad"
 BANK, YAW = "attitude/phi-rad", "attitude/psi-rad"
 MACH, PRESSURE = "velocities/mach", "aero/qbar-psf"
-RATED_PRESSURE, RATED_SPEED = (
-    40.0,
-    2575.0,
-)  # inHg, rpm: rated power of the class, as for the propwash error
+# inHg and rpm: rated power of the class, as for the propwash error.
+RATED_PRESSURE, RATED_SPEED = 40.0, 2575.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -250,10 +250,8 @@ class AeroFunction:
             ("sideslip", "aero/beta"),
             ("alpha", "aero/alpha"),
         ]
-        if self.axis in (
-            "LIFT",
-            "PITCH",
-        ):  # a slope that also depends on the sideslip is one over the angle of attack
+        # A slope that also depends on the sideslip is one over the angle of attack.
+        if self.axis in ("LIFT", "PITCH"):
             angles = [angles[0], angles[2], angles[1]]
         for name, start in angles:
             if any(path.replace("mag-", "").startswith(start) for path in inputs):

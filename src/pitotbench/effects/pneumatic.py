@@ -261,8 +261,7 @@ LINE_LEAK = SensorEffect(
         ),
     ),
     source="laminar flow through three resistances in series, pitot line, leak, static line "
-    "(Hagen-Poiseuille); "
-    "leak tests of FAA AC 43.13-1B, 12-58 and 12-59",
+    "(Hagen-Poiseuille); leak tests of FAA AC 43.13-1B, 12-58 and 12-59",
     what="The pitot line leaks into the static line: airspeed low, static pressure high.",
     shows_in=CHANGING_HEIGHT,
     changes=("impact_pressure", "static_pressure"),
@@ -304,7 +303,7 @@ LOCAL_STATIC_BUMP = SensorEffect(
 ENGINES = ("left", "right")
 # Pa rad/s, rated power of the class
 FULL = 40.0 * INCH_OF_MERCURY * 2575.0 * SUFFIXES["rpm"].factor
-REFERENCE_SPEED = 130.0 * KNOT
+REFERENCE_SPEED = 130.0 * KNOT  # at which the stated error is meant
 SLOWEST = 40.0 * KNOT  # below it the error stays: power over speed would grow without limit
 
 
@@ -332,8 +331,7 @@ PROPWASH_ERROR = SensorEffect(
         Parameter("pressure_pa", 40.0, -300.0, 300.0, "static error at rated power and 130 KIAS"),
     ),
     source="McCormick 1995, Aerodynamics, Aeronautics and Flight Mechanics, momentum theory: the "
-    "slipstream's "
-    "pressure goes with thrust over disk area, thrust with power over speed",
+    "slipstream's pressure goes with thrust over disk area, thrust with power over speed",
     what="The static pressure has an error that depends on engine power.",
     shows_in=POWER,
     changes=("impact_pressure", "static_pressure"),
@@ -363,7 +361,7 @@ SECOND_ORDER_LINE = SensorEffect(
 )
 
 
-SLOW, FAST = 100.0 * KNOT, 160.0 * KNOT
+SLOW, FAST = 100.0 * KNOT, 160.0 * KNOT  # at which the two coefficients are meant
 
 
 def _apply_static_source_change(signals: Signals, sizes: Sizes) -> Signals:

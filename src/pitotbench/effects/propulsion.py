@@ -225,8 +225,7 @@ THROTTLE_PICKUP = SensorEffect(
         Parameter("right", -0.02, -0.2, 0.2, "the same of the right throttle"),
     ),
     source="our form, a parabola; Doebelin 1990, Measurement Systems: a load on a potentiometer "
-    "bends its reading "
-    "between the ends",
+    "bends its reading between the ends",
     what="The throttle pickups bend: the recorded throttles err between idle and full.",
     shows_in=POWER,
     for_whole_flight=True,

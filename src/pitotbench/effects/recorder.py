@@ -251,8 +251,7 @@ GPS_VELOCITY_SCALE = SensorEffect(
         Parameter("east", 0.01, -0.2, 0.2, "velocity toward east too large by this share"),
     ),
     source="Snyder 1987, Map Projections, USGS PP 1395: scale factors of projections, and the "
-    "length of a degree "
-    "of longitude, which a latitude that is wrong by 1° at 40° changes by 1.5 %",
+    "length of a degree of longitude, which a latitude that is wrong by 1° at 40° changes by 1.5 %",
     what="The horizontal velocity of the GPS has a wrong scale.",
     shows_in=RANGE_OF_AIRSPEED,
     for_whole_flight=True,
@@ -547,8 +546,8 @@ VANE_FRICTION = SensorEffect(
         ),
         Parameter("sideslip_deg", 0.5, 0.02, 10.0, "the same of the sideslip vane"),
     ),
-    source="Gracey 1958, NACA TN 4351: vanes and their friction; "
-    "the play operator of Krasnosel'skii and Pokrovskii 1989",
+    source="Gracey 1958, NACA TN 4351: vanes and their friction; the play operator of "
+    "Krasnosel'skii and Pokrovskii 1989",
     what="The flow vanes stick: dirt, ice or a dry bearing.",
     shows_in=SIDESLIP,
     changes=("angle_of_attack", "sideslip"),

@@ -134,9 +134,8 @@ def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: 
     out = np.empty_like(values)
     for part in signals.stretches():
         start = values[part][0]
-        out[part] = start + lfilter(
-            numerator, denominator, values[part] - start
-        )  # steady: no difference before
+        # The flight begins steady: there is no difference before.
+        out[part] = start + lfilter(numerator, denominator, values[part] - start)
     return out
 
 

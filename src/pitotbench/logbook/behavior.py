@@ -27,7 +27,7 @@ _SAME_CLIMB = 0.25  # of the vertical speed; its units differ by a factor of 3 a
 _HEIGHTS = 250.0  # m between the 5 % and 95 % quantiles of height, over which a lapse shows
 _OF_AIR = re.compile("air|amb|oat|out|sat|static|ta|total")  # in the name of a temperature
 _COUNTED = re.compile("sat(?!.*temp)")  # in the name of what may be a number of satellites
-_MOST_SATELLITES = 60
+_MOST_SATELLITES = 60  # in view of a receiver of all systems
 _LAPSES = (-15e-3, -1.5e-3)  # K/m: of superadiabatic air at the ground, and under an inversion
 
 

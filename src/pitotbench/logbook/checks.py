@@ -30,7 +30,7 @@ from pitotbench.timeline import PAUSE_SAMPLES, Indices, pauses, stretches
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
 
 BETWEEN_FLIGHTS = 300.0  # s: in five minutes without a record an airplane lands and takes off, or the wind changes
-_SHOWN = 3
+_SHOWN = 3  # row numbers that a sentence names
 
 
 # s: a pause or a stop on the ground, after which a wind that does not fit the rows before may be

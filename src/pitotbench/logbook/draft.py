@@ -37,7 +37,7 @@ _INSTEAD = {
 }
 _HEIGHT_IS_ENOUGH = " A height that you know is enough: --height 2000 (ft) or 600m states it."
 _NO_AIRSPEED = " No airspeed is logged: give the log of the box that shows it."
-_SHOWN_RANGES = 5
+_SHOWN_RANGES = 5  # of rows that a sentence names
 _FEWEST_ROWS = 2
 _FEWEST_OURS = 3  # names of needed quantities that a log of ours has, whatever else it lacks
 
@@ -175,9 +175,8 @@ def draft_of(table: Table) -> Draft:
 
 
 def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArray[Any]:
-    if (
-        quantity.name == "clock_time" and column.dtype.kind in "mMfiu"
-    ):  # numbers are seconds of the day
+    # Numbers are seconds of the day.
+    if quantity.name == "clock_time" and column.dtype.kind in "mMfiu":
         return column
     if quantity.kind == "text":
         return texts(name, column)

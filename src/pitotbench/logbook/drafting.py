@@ -346,8 +346,8 @@ def _near(one: Array, other: Array, pressure: str) -> bool:
 
 
 _ROWS = 2000  # of a long log that are tried
-_MOST_TRIALS = 48
-_MOST_COLUMNS = 1000
+_MOST_TRIALS = 48  # of units on the whole log: a second or two
+_MOST_COLUMNS = 1000  # of a log that is drafted: more would take minutes
 _SURE = 0.7  # score of a name above which it is the field's own
 _HEIGHTS = ("static_pressure", "pressure_altitude", "indicated_altitude", "height_above_takeoff")
 NEEDED = (

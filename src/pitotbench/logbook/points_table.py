@@ -142,7 +142,7 @@ def seems_fly_bys(path: Path) -> bool:
 _SPEEDS = [suffix for suffix, unit in SUFFIXES.items() if unit.dimension == "speed"]
 _SHOWN = ("indicated_airspeed", "impact_pressure")
 _MOST_OF_POINTS = 5  # columns
-_MOST_POINTS = 200
+_MOST_POINTS = 200  # rows: a longer table is a log
 _OF_OTHERS = ("time_", "clock_time", "velocity_", "ground_speed_", "grid_height")
 
 

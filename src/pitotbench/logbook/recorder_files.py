@@ -18,7 +18,7 @@ from pitotbench.units import Array
 _CLOCK = ((1, 3), (3, 5), (5, 7))  # hours, minutes, seconds
 _LATITUDE = ((7, 9), (9, 14))  # degrees, and thousandths of a minute
 _SOUTH = 14  # the letter N or S
-_LONGITUDE = ((15, 18), (18, 23))
+_LONGITUDE = ((15, 18), (18, 23))  # degrees, and thousandths of a minute
 _WEST = 23  # the letter E or W
 _FIX = 24  # the letter A of a fix in three dimensions
 _PRESSURE_ALTITUDE = (25, 30)  # m

@@ -10,96 +10,110 @@ from pitotbench.units import SUFFIXES
 # Quantity: names without unit, in lower case, words without separators. The first is the plainest.
 # A name with a minus sign counts the other way.
 SYNONYMS: dict[str, str] = {
-    "time": "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc "
-    "milliseconds totltime missntime "
-    "utctime gpstime "
-    "clock localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow "
-    "utcsec missntime "
-    "zeit uhrzeit temps heure tiempo hora millis lcltime logtime systemtime elapsed boottime "
-    "simtime simt totltime",
+    "time": (
+        "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc "
+        "milliseconds totltime missntime utctime gpstime clock localtime datetime epoch unixtime "
+        "seconds sec timesincestart realtime reltime tow utcsec missntime zeit uhrzeit temps heure "
+        "tiempo hora millis lcltime logtime systemtime elapsed boottime simtime simt totltime"
+    ),
     "date": "date localdate lcldate utcdate day datum fecha",
-    "impact_pressure": "impactpressure pd qc qci qcic qcx qrvsm dynamicpressure dynpress "
-    "differentialpressure "
-    "diffpress diffpres diffpressure deltapressure deltap pitotdp dp pdiff pdyn q "
-    "pitotpressure qcr "
-    "qciadc "
-    "airspeedpressure pfwdsmoothed",
-    "total_pressure": "totalpressure pt ptot ptotal pti ptadc totalpress totalpres pitottotal p0 "
-    "pto "
-    "pitottotalpressure",
-    "static_pressure": "staticpressure ps psx psxc pstatic pstat psi psm psa psadc staticpress "
-    "staticpres "
-    "baropres pambient baropressure ambientpressure barometricpressure abspressure "
-    "absolutepressure p press pressure "
-    "psrvsm psfrd "
-    "pamb",
-    "indicated_airspeed": "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts "
-    "aspd airspd indairspeed "
-    "airspeedic "
-    "airspeed vindkias vind viadc indspeed indicatedspeed",
-    "calibrated_airspeed": "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal "
-    "airspeedcas vcadc",
-    "pressure_altitude": "pressurealtitude pressalt pressurealt palt hp hpc hpi altp pa "
-    "pressalitude "
-    "pressheight pressureheight pressurehgt dadcalt adcalt dadcaltitude adcaltitude "
-    "altitudepressure "
-    "pressaltitude altpressure altitudeic bcalt zp alt29 altstd altitudeqne hic altitudestd "
-    "baroaltstd",
-    "true_airspeed": "trueairspeed tas ktas vtas vtrue tasadc truespeed vtruekt airspeedtrue "
-    "vtotal",
+    "impact_pressure": (
+        "impactpressure pd qc qci qcic qcx qrvsm dynamicpressure dynpress differentialpressure "
+        "diffpress diffpres diffpressure deltapressure deltap pitotdp dp pdiff pdyn q "
+        "pitotpressure qcr qciadc airspeedpressure pfwdsmoothed"
+    ),
+    "total_pressure": (
+        "totalpressure pt ptot ptotal pti ptadc totalpress totalpres pitottotal p0 pto "
+        "pitottotalpressure"
+    ),
+    "static_pressure": (
+        "staticpressure ps psx psxc pstatic pstat psi psm psa psadc staticpress staticpres "
+        "baropres pambient baropressure ambientpressure barometricpressure abspressure "
+        "absolutepressure p press pressure psrvsm psfrd pamb"
+    ),
+    "indicated_airspeed": (
+        "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts aspd airspd "
+        "indairspeed airspeedic airspeed vindkias vind viadc indspeed indicatedspeed"
+    ),
+    "calibrated_airspeed": (
+        "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal airspeedcas vcadc"
+    ),
+    "pressure_altitude": (
+        "pressurealtitude pressalt pressurealt palt hp hpc hpi altp pa pressalitude pressheight "
+        "pressureheight pressurehgt dadcalt adcalt dadcaltitude adcaltitude altitudepressure "
+        "pressaltitude altpressure altitudeic bcalt zp alt29 altstd altitudeqne hic altitudestd "
+        "baroaltstd"
+    ),
+    "true_airspeed": (
+        "trueairspeed tas ktas vtas vtrue tasadc truespeed vtruekt airspeedtrue vtotal"
+    ),
     "mach": "mach machnumber machno machnum",
-    "indicated_altitude": "indicatedaltitude dadcbcalt altind altb baroalt baroaltitude "
-    "baroaltcorrected altbaro "
-    "altitudeqnh",
-    "height_above_takeoff": "heightabovetakeoff relativealtitude altituderelative relalt altrel "
-    "relativealt heightrelative relheight heightabovehome altabovehome",
-    "altimeter_setting": "altimetersetting barosetting baroa qnh kollsman baroset altimeter "
-    "barometersetting",
-    "total_temperature": "totaltemperature totaltemp tat tt ttx ttot totalairtemperature tti t0 "
-    "tatdir "
-    "totalairtemp rat",
-    "air_temperature": "airtemperature oat sat outsideairtemperature outsideairtemp "
-    "ambienttemperature "
-    "ambienttemp statictemperature statictemp staticairtemperature staticairtemp ta atx tamb "
-    "temperature airtemp "
-    "temp ambtemp amtmp outsidetemp outtemp exttemp externaltemp airt tair lufttemperatur",
-    "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln "
-    "speednorth velworldz velocityworldz gpsvelned0 velned0 navvel0 "
-    "velnorth nvel vns "
-    "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn "
-    "vngps",
-    "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew "
-    "speedeast velworldx velocityworldx gpsvelned1 velned1 navvel1 "
-    "ewvel ewvelocity "
-    "eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
-    "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin "
-    "-velocityu -velocityworldy -velworldy "
-    "downspeed gpsveld "
-    "vgd velocityd -velocityup -vu -vup -upvelocity -upvel -velu -velup -ggvspd -gpsvelu",
-    "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog "
-    "groundvelocity groundspd "
-    "gpsgroundspeed "
-    "gndspeed gpsspd spd ggspd ktgs gpsgs gsc grspd",
-    "track": "track trk groundtrack tracktrue truetrack trackangle trackangletrue trkt trktrue cog "
-    "hpathtrue hpath "
-    "courseoverground course truecourse coursetrue gcrs gpstrack gpscourse groundcourse tk tka "
-    "gpsgroundcourse "
-    "gpsgroundtrack ttrk trackangletr",
-    "magnetic_track": "magnetictrack magneticcourse coursemag coursemagnetic magcourse trackmag "
-    "trkm trkmag "
-    "magtrack trackmagnetic trackanglemag",
-    "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin "
-    "hdingtrue hding "
-    "hdggin",
-    "magnetic_heading": "magneticheading magheading maghdg mhdg hdgm hdgmag headingmag hdingmag "
-    "headingmagnetic",
+    "indicated_altitude": (
+        "indicatedaltitude dadcbcalt altind altb baroalt baroaltitude baroaltcorrected altbaro "
+        "altitudeqnh"
+    ),
+    "height_above_takeoff": (
+        "heightabovetakeoff relativealtitude altituderelative relalt altrel relativealt "
+        "heightrelative relheight heightabovehome altabovehome"
+    ),
+    "altimeter_setting": (
+        "altimetersetting barosetting baroa qnh kollsman baroset altimeter barometersetting"
+    ),
+    "total_temperature": (
+        "totaltemperature totaltemp tat tt ttx ttot totalairtemperature tti t0 tatdir totalairtemp "
+        "rat"
+    ),
+    "air_temperature": (
+        "airtemperature oat sat outsideairtemperature outsideairtemp ambienttemperature "
+        "ambienttemp statictemperature statictemp staticairtemperature staticairtemp ta atx tamb "
+        "temperature airtemp temp ambtemp amtmp outsidetemp outtemp exttemp externaltemp airt tair "
+        "lufttemperatur"
+    ),
+    "velocity_north": (
+        "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln speednorth "
+        "velworldz velocityworldz gpsvelned0 velned0 navvel0 velnorth nvel vns nsvel nsvelocity "
+        "northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn vngps"
+    ),
+    "velocity_east": (
+        "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew speedeast "
+        "velworldx velocityworldx gpsvelned1 velned1 navvel1 ewvel ewvelocity eastspeed ggvew "
+        "velegin vinseast vground gpsvele vge velocitye"
+    ),
+    "velocity_down": (
+        "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin -velocityu "
+        "-velocityworldy -velworldy downspeed gpsveld vgd velocityd -velocityup -vu -vup "
+        "-upvelocity -upvel -velu -velup -ggvspd -gpsvelu"
+    ),
+    "ground_speed": (
+        "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog groundvelocity "
+        "groundspd gpsgroundspeed gndspeed gpsspd spd ggspd ktgs gpsgs gsc grspd"
+    ),
+    "track": (
+        "track trk groundtrack tracktrue truetrack trackangle trackangletrue trkt trktrue cog "
+        "hpathtrue hpath courseoverground course truecourse coursetrue gcrs gpstrack gpscourse "
+        "groundcourse tk tka gpsgroundcourse gpsgroundtrack ttrk trackangletr"
+    ),
+    "magnetic_track": (
+        "magnetictrack magneticcourse coursemag coursemagnetic magcourse trackmag trkm trkmag "
+        "magtrack trackmagnetic trackanglemag"
+    ),
+    "heading": (
+        "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin "
+        "hdingtrue hding hdggin"
+    ),
+    "magnetic_heading": (
+        "magneticheading magheading maghdg mhdg hdgm hdgmag headingmag hdingmag headingmagnetic"
+    ),
     "magnetic_variation": "magneticvariation magvar variation magdec declination",
     "latitude": "latitude gpscoord0 lat phlat gpslat gpslatitude latdeg gnsslat gpsla",
-    "longitude": "longitude lon long lalon lng gpslon gpslong gpslongitude londeg gnsslon gpslo "
-    "gpscoord1",
-    "altitude": "altitude alt gpsalt altgps gpsaltitude height hmsl altmsl altitudemsl "
-    "geometricaltitude "
-    "gpsheight gpsmslalt ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl gpsaltmsl",
+    "longitude": (
+        "longitude lon long lalon lng gpslon gpslong gpslongitude londeg gnsslon gpslo gpscoord1"
+    ),
+    "altitude": (
+        "altitude alt gpsalt altgps gpsaltitude height hmsl altmsl altitudemsl geometricaltitude "
+        "gpsheight gpsmslalt ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl "
+        "gpsaltmsl"
+    ),
     "roll": "roll phi bank rollangle bankangle rollatt rollattitude rollgin rolldeg",
     "pitch": "pitch theta pitchangle pitchatt pitchattitude ptchgin pitchgin pitchdeg",
     "roll_rate": "rollrate p pb rollr bodyrollrate xrate gyrox angularrateroll",

@@ -25,13 +25,11 @@ NOISY = (
     "rudder",
 )
 LIVELY = 2.0 * DEGREE  # rad/s, of any body rate
-QUIET_LEAST, QUIET_MOST = (
-    4.0,
-    12.0,
-)  # s of quiet flight before and behind a maneuver; a longer pause parts two
-SHORTEST, LONGEST = 6.0, 60.0  # s
-LEAST_MACH = 0.1
-SLOWEST = 5.0  # Hz
+# s of quiet flight before and behind a maneuver; a longer pause parts two.
+QUIET_LEAST, QUIET_MOST = 4.0, 12.0
+SHORTEST, LONGEST = 6.0, 60.0  # s of a maneuver
+LEAST_MACH = 0.1  # of a maneuver in flight
+SLOWEST = 5.0  # Hz of a log: a short period of a second or two needs as many samples
 # Of all channels and of the slope of the rates alike: parabolas over so long follow a short period,
 # and an error of the sensors that stands in the regressors makes every term too small.
 SMOOTH = 0.5  # s
@@ -146,9 +144,8 @@ def _whole(log: FlightLog, mach: Array, rates: Array) -> Maneuver:
     )
 
 
-LAGS = 0.05 * np.arange(
-    -4, 13
-)  # s, of the vane behind the accelerometers: vanes are damped, and buses slow
+# s, of the vane behind the accelerometers: vanes are damped, and buses slow.
+LAGS = 0.05 * np.arange(-4, 13)
 
 
 def align_vane(maneuvers: Sequence[Maneuver]) -> tuple[list[Maneuver], float]:

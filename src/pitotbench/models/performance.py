@@ -27,7 +27,7 @@ from pitotbench.simulation.aircraft_files import SimulationError
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY
 
 CRUISE_HEIGHTS = tuple(h * FOOT for h in (2000.0, 8000.0, 15000.0, 25000.0, 35000.0))
-CRUISE_LEVERS = (0.6, 0.75, 1.0)
+CRUISE_LEVERS = (0.6, 0.75, 1.0)  # throttle: economy, normal and full power
 MOVED = 0.005  # share of the stall speed that flaps must change
 Family = tuple[str, Callable[[PerformanceModel], Figures]]
 

@@ -17,7 +17,7 @@ from pitotbench.records.maneuver import Maneuver
 from pitotbench.records.motion import Motion
 from pitotbench.units import DEGREE, FOOT, POUND_FORCE, PSF, SLUG, STANDARD_GRAVITY, Array
 
-COLUMNS = 90
+COLUMNS = 90  # of `fdata`, the standard array of SIDPAC (Klein and Morelli 2006)
 _SLUG_A_CUBIC_FOOT = SLUG / FOOT**3  # kg/m³
 _SPEED, _SIDESLIP, _ALPHA, _ROLL_RATE, _ATTITUDE, _FORCE, _ELEVATOR = 2, 3, 4, 5, 8, 11, 14
 _DYNAMIC_PRESSURE, _MACH, _DENSITY, _ALTITUDE, _THRUST, _TURNING, _MASS, _INERTIA = (

@@ -26,18 +26,18 @@ from pitotbench.simulation.autopilot.envelope import balance, elevator_for
 from pitotbench.simulation.autopilot.frozen_aircraft import Engines, FrozenAircraft, State
 from pitotbench.units import DEGREE, FOOT, POUND, STANDARD_GRAVITY
 
-HEIGHT_STEP, HIGHEST = 5000.0 * FOOT, 60000.0 * FOOT
+HEIGHT_STEP, HIGHEST = 5000.0 * FOOT, 60000.0 * FOOT  # at which the ceiling is looked for
 
 
-GLIDE_HEIGHT = 5000.0 * FOOT
+GLIDE_HEIGHT = 5000.0 * FOOT  # at which the best glide is given
 SERVICE = 100.0 * FOOT / 60.0  # m/s, the rate of climb at the service ceiling
 HIGHEST_MACH = 0.9  # beyond it steady flight is not looked for
-FLOW_ANGLES = np.arange(-2.0, 30.1, 0.5) * DEGREE
-ABOVE_STALL, GROWTH, MOST_SPEEDS = 1.06, 1.08, 40
+FLOW_ANGLES = np.arange(-2.0, 30.1, 0.5) * DEGREE  # of attack, up to beyond any stall
+ABOVE_STALL, GROWTH, MOST_SPEEDS = 1.06, 1.08, 40  # times the stall, times the one before; count
 FULLY_DOWN = 25.0  # s, in which flaps come down
 
 
-SAME_POWER, FINEST_LEVER = 0.005, 0.0005
+SAME_POWER, FINEST_LEVER = 0.005, 0.0005  # shares of the power, and of the throttle
 BALLAST = "weight of the handbook"
 
 

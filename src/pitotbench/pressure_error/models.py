@@ -215,8 +215,8 @@ SMOOTH = SmoothModel("smooth", 0.5, 4.0)
 PressureErrorModel = TermModel | SmoothModel
 
 
-_ITERATIONS = 60
-_TOLERANCE = 1e-12
+_ITERATIONS = 60  # of the secant method, which needs some six
+_TOLERANCE = 1e-12  # of the impact pressure, near what a double holds
 
 
 class PressureErrorRangeError(ValueError):

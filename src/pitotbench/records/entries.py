@@ -49,9 +49,8 @@ def _validated(
         return cast(T, _adapter(cast(Any, kind)).validate_json(json.dumps(tree), strict=True))
     except ValidationError as error:
         for item in error.errors():
-            if (
-                item["type"] == "dataclass_type"
-            ):  # `reading` has said which fields the table would have
+            # `reading` has said which fields the table would have.
+            if item["type"] == "dataclass_type":
                 continue
             place = tuple(str(part) for part in item["loc"])
             problems.append(

@@ -7,10 +7,8 @@ from typing import Literal
 from pitotbench.records.calibration import Estimate
 
 Kind = Literal["named", "one_of", "unknown", "no_gap"]
-SURE: tuple[Kind, ...] = (
-    "named",
-    "one_of",
-)  # only these kinds explain the gap, so only they give a patch
+# Only these kinds explain the gap, so only they give a patch.
+SURE: tuple[Kind, ...] = ("named", "one_of")
 
 
 @dataclass(frozen=True, slots=True)

@@ -256,11 +256,8 @@ def _sensor_effects(
     return [(effect, sizes) for effect, sizes in found if effect.after_noise == after_noise]
 
 
-TRUTH_FIELDS = (
-    "pressure_error",
-    "wind",
-    "effects",
-)  # of a Case: what the calibrator is to find, so not in a log
+# Fields of a Case that the calibrator is to find, and that no log holds.
+TRUTH_FIELDS = ("pressure_error", "wind", "effects")
 # The simulated sensors have noise, resolution and effects, but no other constant error: 2σ
 # of each.
 EXACT = {

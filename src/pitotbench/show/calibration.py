@@ -20,11 +20,8 @@ from pitotbench.show.words import capital
 from pitotbench.timeline import minutes_text
 from pitotbench.units import KNOT, MetersPerSecond
 
-_USUAL_KT = (
-    100.0,
-    130.0,
-    160.0,
-)  # the low end, the middle and the high end of the study's maneuvers
+# kt: the low end, the middle and the high end of the study's maneuvers.
+_USUAL_KT = (100.0, 130.0, 160.0)
 
 
 _MOST_DRAWN = 30  # points of a line that is drawn small

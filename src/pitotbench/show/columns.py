@@ -23,12 +23,8 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 
-_CONTROLS = (
-    "Cc",
-    "Cs",
-    "Zl",
-    "Zp",
-)  # control codes, lone surrogates, line and paragraph separators
+# Control codes, lone surrogates, line and paragraph separators.
+_CONTROLS = ("Cc", "Cs", "Zl", "Zp")
 # turn text around
 _DIRECTIONS = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 
@@ -168,9 +164,8 @@ def print_table(
         table.padding = (0, gap, 0, 0)
         return Measurement.get(console, console.options.update(width=10_000), table).minimum
 
-    if (
-        least(1) > console.width and least(0) > console.width
-    ):  # narrower gaps only where they make the table fit
+    # The gaps are narrower only where that makes the table fit.
+    if least(1) > console.width and least(0) > console.width:
         table.width = least(1)
     console.print(table, crop=False)
 

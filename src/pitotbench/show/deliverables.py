@@ -97,7 +97,7 @@ def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
     }
 
 
-_HEIGHTS_FT = (0, 5000, 10000, 15000, 20000)
+_HEIGHTS_FT = (0, 5000, 10000, 15000, 20000)  # of the columns of an altimeter table
 TABLES = (".csv", ".html", ".xml")
 
 

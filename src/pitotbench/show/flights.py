@@ -61,9 +61,8 @@ def flight_panels(
         ),
     )
     track = panel("Ground track", drawing(*track_marks(flight)), size=NARROW)
-    served = [
-        each for each in channels if each.channel in flight.channels
-    ]  # an electric motor has no manifold
+    # An electric motor has no manifold.
+    served = [each for each in channels if each.channel in flight.channels]
     return [
         track,
         *(

@@ -33,7 +33,7 @@ from pitotbench.show.words import words
 from pitotbench.units import KNOT, NAUTICAL_MILE
 
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)  # of the best maneuvers, which are drawn
-_TRACKS = 3
+_TRACKS = 3  # maneuvers whose ground track is drawn
 _BOX = np.array([[0, 1, 1, 0, 0], [0, 0, 1, 1, 0]])  # corners of a square, in its sides
 _ROW = 0.23  # in, height of a card's row
 _SQUARE = (3.8, 3.6)  # in

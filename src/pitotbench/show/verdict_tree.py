@@ -49,7 +49,7 @@ from pitotbench.show.verdict import (
 )
 from pitotbench.show.words import capital, listed, words
 
-_PLACES = 6
+_PLACES = 6  # rows of the table of where the gap is
 _SHORT = 0.02  # of the time within a tolerance: less than two flights of one airplane by chance
 _MAP = (
     "The gap of a channel is its measured value minus the value that the other channels and the "

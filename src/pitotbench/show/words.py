@@ -7,7 +7,7 @@ from math import floor, log10
 from pitotbench.units import DEGREE, KNOT, POUND_FORCE, SUFFIXES, SYMBOLS
 
 _DIGITS = 3  # of a size, significant
-_PLAIN_BELOW = 1e7
+_PLAIN_BELOW = 1e7  # a number is written without a power of ten
 
 
 _INITIALS = {"gps": "GPS"}  # words that are written in capitals

@@ -57,9 +57,8 @@ def is_path(name: str) -> bool:
 
 
 def _attached(source: Path) -> Path:
-    from pitotbench.simulation.autopilot.attach import (
-        attach,
-    )  # SciPy loads with it: only where it is needed
+    # SciPy loads with it: only where it is needed.
+    from pitotbench.simulation.autopilot.attach import attach
 
     return attach(source)
 

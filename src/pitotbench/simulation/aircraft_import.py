@@ -32,7 +32,7 @@ from pitotbench.simulation.autopilot.frozen_aircraft import RATE
 from pitotbench.units import DEGREE, Array
 
 LARGEST_FILE = 4_000_000  # bytes; the largest file of JSBSim's library has 0.5 MB
-MOST_FILES = 100
+MOST_FILES = 100  # of an airplane, with its engines and systems
 MOST_ELEMENTS = 20_000  # of all its files; JSBSim's largest airplane has 4,500
 DEEPEST = 60  # elements within one another; JSBSim parses them by recursion
 # s or frames, that a part of a control law waits; JSBSim keeps a number for each frame of it.

@@ -99,9 +99,8 @@ def _hold(plant: Plant, motion: Motion) -> None:
             air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])
         )
     )
-    if plant.serves(
-        GUIDANCE
-    ):  # the controls are moved from here: without its modes it has no output, but a cost
+    # The controls are moved from here: without its modes the autopilot has no output, but a cost.
+    if plant.serves(GUIDANCE):
         plant.set(GUIDANCE, 0.0)
     plant.start_frozen(
         height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset)
@@ -175,9 +174,8 @@ class _Servo:
     write: Callable[[float], object]
     read: Callable[[], float]
     factor: float  # SI value of the position a unit of its property
-    slopes: tuple[
-        float, float
-    ]  # position a unit of a negative and of a positive command: an elevator moves further up
+    # Position a unit of a negative and of a positive command: an elevator moves further up.
+    slopes: tuple[float, float]
     command: float = 0.0
 
     @classmethod

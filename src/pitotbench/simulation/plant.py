@@ -50,7 +50,7 @@ MILSPEC_TUSTIN = 4  # JSBSim's turb-type: MIL-F-8785C spectra, filters discretiz
 # Wind at 20 ft that MIL-F-8785C ties to light, moderate and severe turbulence; used below 2,000 ft
 # only.
 LOW_WIND = (0.0, 15.0 * KNOT, 30.0 * KNOT, 45.0 * KNOT)
-LARGEST_SEED = 2**31 - 1
+LARGEST_SEED = 2**31 - 1  # JSBSim keeps its seed in a signed word
 
 SEVERITY = Catalog("turbulence", TURBULENCE_SEVERITY)
 
@@ -101,17 +101,15 @@ def turbulence_seed(truth_seed: int) -> int:
 LONGITUDE = -86.2  # deg
 STARTER_TIME = 10.0  # s, until both engines must run; 1.3 s is usual
 TRIM_SPOOL_TIME = 12.0  # s, in which any engine comes to its power
-SPOOL_UP_THROTTLE, SPOOL_UP_TIME = (
-    0.5,
-    5.0,
-)  # s: 2 s bring an engine from idle to its governor's speed
+# Share and s: 2 s bring an engine from idle to its governor's speed.
+SPOOL_UP_THROTTLE, SPOOL_UP_TIME = 0.5, 5.0
 SETTLE_FIRST = 30.0  # s, before the first check that level flight is held
 SETTLE_LOOK = 5.0  # s
 TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust filter at 100 kt
 
 LOWEST_HEIGHT = 10.0  # ft above ground
 LARGEST_FLOW_ANGLE = 30.0 * DEGREE  # well past the stall, far beyond any gust
-LARGEST_ROLL = 85.0 * DEGREE
+LARGEST_ROLL = 85.0 * DEGREE  # beyond it no maneuver banks, and the airplane is lost
 # the branch of an overlay, its effect, the parameter
 EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")
 
@@ -413,9 +411,8 @@ class Plant:
         ):
             self.set(path, value)
         if alpha:
-            self.set(
-                "ic/alpha-rad", alpha
-            )  # after the speed; the pitch follows, so that the path is level
+            # After the speed; the pitch follows, so that the path is level.
+            self.set("ic/alpha-rad", alpha)
         self.run_initial_conditions()
         # The airplane flies with the air: the ground velocity grows by the wind, so that the
         # airspeed stays.

@@ -109,10 +109,8 @@ class Recorder:
         return found
 
 
-CARD_SPEEDS = (
-    100.0,
-    160.0,
-)  # KCAS: the slowest and the fastest of the cards, which are the paper's
+# KCAS: the slowest and the fastest of the cards, which are the paper's.
+CARD_SPEEDS = (100.0, 160.0)
 ABOVE_STALL = 1.3  # times the stall speed: room for a bank of 45°
 ABOVE_SLOWEST = 1.16  # times the slowest speed at which the autopilot's loops hold: the same room
 SHARE = 0.76  # of the way from stall to maximum level speed: where 160 KCAS lies for the bench's own aircraft

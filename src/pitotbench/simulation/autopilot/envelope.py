@@ -15,9 +15,9 @@ from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY, Array
 
 SLOWEST, FASTEST = 8.0 * KNOT, 500.0 * KNOT  # true; where a stall speed is looked for
 HIGHEST_MACH = 0.7  # above it the drag rise begins, and position errors are another matter
-ALPHAS = np.arange(-2.0, 25.0, 1.5) * DEGREE
+ALPHAS = np.arange(-2.0, 25.0, 1.5) * DEGREE  # of attack, up to the stall of most wings
 MOST_ELEVATOR = 0.95  # of its travel: the rest is left for control
-LEVERS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0])
+LEVERS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0])  # throttle: finer when low
 LEAST_THROTTLE = 0.02  # m/s² from idle to full: below it the throttle does nothing
 SPEEDS = 7  # trim points
 SLOWEST_TRIM, START, IDLE_UP_TO = 1.12, 1.5, 2.0  # times the stall speed

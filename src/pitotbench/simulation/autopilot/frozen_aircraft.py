@@ -32,10 +32,8 @@ CONTROL_STEPS = 15  # after which the flight control system follows a new comman
 START_SPEED = 60.0 * KNOT  # true, at which engines are started
 STARTER_TIME = 12.0  # s
 IDLE_STEP, MOST_IDLE, IDLE_TIME = 0.05, 0.3, 5.0  # of the lever's travel; s
-STEADY, SPOOL_LIMIT = (
-    0.002,
-    25.0,
-)  # share of the thrust a sample of 0.5 s; s until an engine is steady
+# Share of the thrust a sample of 0.5 s; s until an engine is steady.
+STEADY, SPOOL_LIMIT = 0.002, 25.0
 CONTROLS = ("elevator", "aileron", "rudder")
 OWN_LEVER = "ap/throttle-command-norm"  # of the bench's own aircraft
 SPOOL = re.compile(r"propulsion/engine(\[\d+\])?/n1")
@@ -283,10 +281,8 @@ class FrozenAircraft:
         Raises SimulationError where they are not numbers.
         """
         self.place(state)
-        for before in (
-            SLOP,
-            0.0,
-        ):  # some actuators have slop: every position is reached from the same side
+        # Some actuators have slop: every position is reached from the same side.
+        for before in (SLOP, 0.0):
             self._move(state, before)
             self.run(CONTROL_STEPS)
         path = "accelerations/{}dot-{}"

@@ -27,13 +27,10 @@ LEAST_DAMPING = 0.35  # of any oscillation in a closed loop
 FASTEST_BANK, LEAST_ROLL_DAMPING = 1.3, 3.0  # 1/s
 YAW_DAMPING, MOST_YAW_GAIN = 0.6, 4.0  # of the Dutch roll; 1/s
 CLIMB_GAIN, ALTITUDE_GAIN = 0.7, 0.2  # 1/s
-SPEED_GAIN, SPEED_PHASE, SPEED_LAGS = (
-    0.14,
-    0.4,
-    1.7,
-)  # 1/s; rad and s of lag at the gain: airspeed filter and hand
+# 1/s; rad and s of lag at the gain: airspeed filter and hand.
+SPEED_GAIN, SPEED_PHASE, SPEED_LAGS = 0.14, 0.4, 1.7
 LEAST_EFFECT = 0.02  # rad/s² for full travel: below it a control does nothing
-SLOWER = 0.8
+SLOWER = 0.8  # times the gain before, until the loop is damped
 
 
 @dataclass(frozen=True, slots=True)

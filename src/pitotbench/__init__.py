@@ -1,5 +1,6 @@
-"""pitotbench: a simulated flight-test bench for pitot-static calibration. The public names, on one
-page.
+"""pitotbench: a simulated flight-test bench for pitot-static calibration.
+
+The public names, on one page.
 
 A name is imported when it is first used, so that `import pitotbench` itself loads no other package.
 """

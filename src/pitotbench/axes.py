@@ -10,8 +10,9 @@ from pitotbench.units import Array, Radians
 
 
 def body_to_earth(vector: Array, roll: Radians, pitch: Radians, heading: Radians) -> Array:
-    """Turn vectors, (3, n), from body axes to earth axes, (3, n). Angles are in radians, (n,);
-    heading is true.
+    """Turn vectors, (3, n), from body axes to earth axes, (3, n).
+
+    Angles are in radians, (n,); heading is true.
     """
     # One rotation after the other, in reverse order of the Euler angles: roll, then pitch, then
     # heading.

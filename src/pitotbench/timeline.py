@@ -34,8 +34,9 @@ NEARLY_ALL = 0.95  # of the samples: for how long these are held is usual
 
 
 def interval(time: Seconds) -> float:
-    """Return the median time between samples [s], which gaps do not change. `time` holds at least
-    two samples.
+    """Return the median time between samples [s], which gaps do not change.
+
+    `time` holds at least two samples.
     """
     return float(np.median(np.diff(time)))
 

@@ -1,5 +1,6 @@
-"""Unit factors and suffixes. Inside the bench everything is SI and radians; units are converted at
-the edges only.
+"""Unit factors and suffixes.
+
+Inside the bench everything is SI and radians; units are converted at the edges only.
 
 Annotations such as `Pascal` name the unit of an array in a signature. They are documentation, not a
 run-time check. A column or flag must end in a suffix of the table `SUFFIXES`. Factors: B. N. Taylor
@@ -42,8 +43,9 @@ SLUG = POUND_FORCE / FOOT  # kg
 
 @dataclass(frozen=True, slots=True)
 class Suffix:
-    """A unit suffix: its symbol and its name in words. SI value = (written value + offset) *
-    factor.
+    """A unit suffix: its symbol and its name in words.
+
+    SI value = (written value + offset) * factor.
     """
 
     dimension: str

@@ -1,3 +1,4 @@
-"""Fly, sense, calibrate, and compare with the truth. No other package of the product joins these
-stages.
+"""Fly, sense, calibrate, and compare with the truth.
+
+No other package of the product joins these stages.
 """

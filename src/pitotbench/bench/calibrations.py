@@ -205,8 +205,9 @@ def names_of(given: Sequence[OneLog], count: int) -> list[str]:
 
 
 def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:
-    """Return the curves of a handbook's table; none without one. Raises BadInputError for another
-    table.
+    """Return the curves of a handbook's table; none without one.
+
+    Raises BadInputError for another table.
     """
     from pitotbench.logbook.handbook_table import read_published
 

@@ -69,8 +69,9 @@ class Search:
 
 
 def free_numbers(maneuver: str) -> tuple[FreeNumber, ...]:
-    """Return the free numbers of a maneuver's card. The speeds between the first and the last are
-    among them.
+    """Return the free numbers of a maneuver's card.
+
+    The speeds between the first and the last are among them.
     """
     card = MANEUVERS[maneuver].card
     found = []

@@ -30,8 +30,9 @@ _SHOWN = 3  # logs left out that a warning names with their reason
 
 @dataclass(frozen=True, slots=True)
 class FolderAnswer(Generic[T]):
-    """A log of a folder with what was given for it, and its flights. `over_dates` is the course of
-    the correction over all logs, None where their dates tell none.
+    """A log of a folder with what was given for it, and its flights.
+
+    `over_dates` is the course of the correction over all logs, None where their dates tell none.
     """
 
     given: T

@@ -65,8 +65,9 @@ def write_entry(place: Path, null: NullDistribution, say: Progress) -> None:
 
 
 def _prune(folder: Path) -> None:
-    """Remove all but the `MOST_KEPT` entries used last. Partial files of a stopped run count as
-    entries.
+    """Remove all but the `MOST_KEPT` entries used last.
+
+    Partial files of a stopped run count as entries.
     """
     files = [file for pattern in ("null-*.json", ".null-*.part") for file in folder.glob(pattern)]
     for file in sorted(files, key=_last_used, reverse=True)[MOST_KEPT:]:

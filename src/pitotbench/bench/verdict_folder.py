@@ -49,8 +49,9 @@ def keep(
 
 
 def _write(out: Path, texts: Mapping[str, str]) -> list[str]:
-    """Write files to a folder; return the line to print. Those of an earlier run do not belong to
-    this verdict.
+    """Write files to a folder; return the line to print.
+
+    Those of an earlier run do not belong to this verdict.
     """
     out.mkdir(parents=True, exist_ok=True)
     for name in set(WRITTEN) - texts.keys():

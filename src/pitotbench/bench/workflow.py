@@ -62,8 +62,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class NamedLog:
-    """A log, or maneuvers in its place, with its name in reports. `card` is the case that was flown;
-    None: that in the log's header.
+    """A log, or maneuvers in its place, with its name in reports.
+
+    `card` is the case that was flown; None: that in the log's header.
     """
 
     name: str
@@ -113,8 +114,9 @@ def judge_logs(
 
 
 def model_of(aircraft: str, logs: Sequence[FlightLog | Maneuvers]) -> AircraftModel | None:
-    """Return the model of an aircraft for logs; of maneuvers it is that of the air alone. Raises
-    BadInputError for maneuvers together with logs, or without an aircraft.
+    """Return the model of an aircraft for logs; of maneuvers it is that of the air alone.
+
+    Raises BadInputError for maneuvers together with logs, or without an aircraft.
     """
     several = [each for log in logs if isinstance(log, Maneuvers) for each in log.maneuvers]
     if not several:
@@ -241,8 +243,9 @@ class FullReconciliation:
         return self.account.flights
 
     def write_page(self, path: str | Path, units: str = "") -> None:
-        """Write the report as a page (.html), in `units` such as `km/h,m`. Raises BadInputError for
-        another name and for words that are no units.
+        """Write the report as a page (.html), in `units` such as `km/h,m`.
+
+        Raises BadInputError for another name and for words that are no units.
         """
         from pitotbench.show.reader_units import reader_units
         from pitotbench.show.verdict_tree import account_page
@@ -251,8 +254,9 @@ class FullReconciliation:
         write_text(Path(path), account_page(self.account, reader_units(units)))
 
     def write_record(self, path: str | Path, units: str = "") -> None:
-        """Write the record for the file (.html), as `reconcile --record` does. `units` and errors
-        as for `write_page`.
+        """Write the record for the file (.html), as `reconcile --record` does.
+
+        `units` and errors as for `write_page`.
         """
         from pitotbench.show.reader_units import reader_units
         from pitotbench.show.verdict_tree import reconciliation_record

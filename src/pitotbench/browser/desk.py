@@ -1,5 +1,6 @@
-"""What lies on the desk: the logs, what is asked of them, and the latest answer. It outlives the
-tabs that show it.
+"""What lies on the desk: the logs, what is asked of them, and the latest answer.
+
+It outlives the tabs that show it.
 """
 
 import asyncio
@@ -127,8 +128,9 @@ class Desk:
     def add(
         self, place: Path, names: dict[str, str], question: Callable[..., None] = find_flights
     ) -> None:
-        """Look for flights in a file, a folder or a .zip file, or where another question puts
-        them. `names` as for `find_flights`.
+        """Look for flights in a file, a folder or a .zip file, or where another question puts them.
+
+        `names` as for `find_flights`.
 
         What came last is chosen, be it read or refused; of one drop a log that is read.
         """

@@ -27,8 +27,10 @@ _LONGEST = 200  # letters of a name that are shown
 
 
 class Store:
-    """A private folder for files, one folder a drop. It is deleted at the end; that of a server
-    that was killed, whose lock is free, when the next one starts.
+    """A private folder for files, one folder a drop.
+
+    It is deleted at the end; that of a server that was killed, whose lock is free, when the next
+    one starts.
     """
 
     def __init__(self) -> None:

@@ -98,8 +98,9 @@ def fields_of(settings: Mapping[str, str]) -> Plain:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A flight of a file, or a file that was not read: it may be the table of a handbook. Of the
-    log of an autopilot its name, and whether it has several airspeed sensors.
+    """A flight of a file, or a file that was not read: it may be the table of a handbook.
+
+    Of the log of an autopilot its name, and whether it has several airspeed sensors.
     """
 
     log: NamedFile
@@ -312,8 +313,9 @@ def _look(log: FlightLog) -> Look:
 
 @lru_cache(maxsize=4)
 def _calibrated(tell: Tell, request: Request) -> tuple[CalibratedFlight, ...]:
-    """Return the flights of the logs with their calibration: the answer of the command. Where it is
-    not known yet, tell what is done, and the curve as soon as it is.
+    """Return the flights of the logs with their calibration: the answer of the command.
+
+    Where it is not known yet, tell what is done, and the curve as soon as it is.
     """
     from pitotbench.bench.calibration_request import calibrate_request
     from pitotbench.calibration.options import choices_of

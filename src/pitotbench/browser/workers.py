@@ -121,8 +121,9 @@ class Workers:
         self._children[child] = asyncio.ensure_future(join())
 
     async def ask(self, function: Callable[..., Any], *arguments: Any) -> AsyncGenerator[Any, None]:
-        """Yield the replies to a question, a function of `work`, with their names. Whoever stops
-        to listen, or is canceled, ends the child; another takes its place.
+        """Yield the replies to a question, a function of `work`, with their names.
+
+        Whoever stops to listen, or is canceled, ends the child; another takes its place.
         """
         child, answered = await self._idle.get(), False
         try:

@@ -339,8 +339,9 @@ class CampaignResult:
 
 
 def run_campaign(request: CampaignRequest) -> CampaignResult:
-    """Fly, sense, calibrate, score and show a campaign. A flight that the folder's store holds is
-    not flown again.
+    """Fly, sense, calibrate, score and show a campaign.
+
+    A flight that the folder's store holds is not flown again.
 
     The same request therefore goes on where an earlier run was stopped, however that was. Raises
     BadInputError or UnknownNameError for a bad request, before anything is flown; NoAnswerError

@@ -47,8 +47,9 @@ def file_sha256(path: Path) -> str:
 
 
 def aircraft_digest(name: str) -> str:
-    """Return the digest of the files of an aircraft. Raises UnknownNameError for one that does not
-    exist.
+    """Return the digest of the files of an aircraft.
+
+    Raises UnknownNameError for one that does not exist.
     """
     folder = find_aircraft(name)
     files = (file for file in sorted(folder.rglob("*")) if file.is_file())

@@ -42,8 +42,9 @@ class Draws:
             _require_spread(name, spread)
 
     def values(self) -> Iterator[dict[str, Any]]:
-        """Give the draws one by one. The first draws of a longer random plan are those of a shorter
-        one.
+        """Give the draws one by one.
+
+        The first draws of a longer random plan are those of a shorter one.
         """
         if self.method == "latin_hypercube":
             from scipy.stats import qmc  # slow to load

@@ -41,8 +41,9 @@ _EVERY = 20.0  # s between two lines
 
 
 class MachineError(BadInputError):
-    """A task failed by its machine: a file is gone, the disk is full. The task may be performed
-    again.
+    """A task failed by its machine: a file is gone, the disk is full.
+
+    The task may be performed again.
     """
 
 
@@ -70,8 +71,9 @@ class Failure:
 
     @classmethod
     def of(cls, error: BaseException) -> "Failure":
-        """Return the failure that describes an error. It names the type of an error that the bench
-        does not expect.
+        """Return the failure that describes an error.
+
+        It names the type of an error that the bench does not expect.
 
         The error itself is not kept, because not every error can be sent from one process to
         another.
@@ -85,8 +87,9 @@ class Failure:
 
 
 def require_all(results: Sequence[R | Failure]) -> list[R]:
-    """Return the results. Where a task failed, raise the first failure as an error of its kind
-    instead.
+    """Return the results.
+
+    Where a task failed, raise the first failure as an error of its kind instead.
     """
     for result in results:
         if isinstance(result, Failure):
@@ -203,8 +206,9 @@ class Fleet:
     def perform(
         self, work: Callable[[T], R], tasks: Sequence[T], step: Step = lambda: None
     ) -> list[R | Failure]:
-        """Return the result of `work` for every task, in their order. `step` is called after each
-        task.
+        """Return the result of `work` for every task, in their order.
+
+        `step` is called after each task.
         """
         done: dict[int, R | Failure] = {}
         numbered: Iterator[tuple[tuple[int, T], R | Failure]] = self.stream(
@@ -257,8 +261,9 @@ def _numbered(work: Callable[[T], R], task: tuple[int, T]) -> R:
 
 
 def _outcome(future: "Future[Any]") -> Any:
-    """Return the result of a future that has ended. An error outside of `attempt` means that its
-    process died.
+    """Return the result of a future that has ended.
+
+    An error outside of `attempt` means that its process died.
     """
     try:
         error = future.exception()
@@ -278,8 +283,9 @@ def _outcome(future: "Future[Any]") -> Any:
 
 
 def attempt(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
-    """Return the result of a task within its limits, or the Failure of any error. This runs in any
-    process.
+    """Return the result of a task within its limits, or the Failure of any error.
+
+    This runs in any process.
     """
     try:
         with limits.hold():
@@ -303,8 +309,9 @@ def attempt_each(
 
 
 def attempt_in_own_process(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
-    """Attempt a task in a new process that this one starts. Raises LostWorkError, with its log,
-    where that dies.
+    """Attempt a task in a new process that this one starts.
+
+    Raises LostWorkError, with its log, where that dies.
     """
     current_process().daemon = False  # workers of dask are daemons, which may start no process
     pool = WorkerPool(1, limits.seconds)

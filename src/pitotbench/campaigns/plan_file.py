@@ -66,8 +66,10 @@ class CampaignPlan:
     def tasks(
         self, log_format: str = "parquet", keep_logs: str = "all", draw: str = ""
     ) -> Iterator[Task]:
-        """Give the tasks one by one. A flight alone has its page drawn in the units that the words
-        of `draw` ask for; of many, `write_page` draws one.
+        """Give the tasks one by one.
+
+        A flight alone has its page drawn in the units that the words of `draw` ask for; of many,
+        `write_page` draws one.
 
         Raises BadInputError or UnknownNameError for a case that cannot be.
         """
@@ -105,8 +107,9 @@ class CampaignPlan:
                     yield replace(self.case({**fixed, **drawn}), truth_seed=seed, sensor_seed=seed)
 
     def case(self, changes: Mapping[str, Any]) -> Case:
-        """Return the base with changed fields. Raises BadInputError for a field or a value that
-        cannot be.
+        """Return the base with changed fields.
+
+        Raises BadInputError for a field or a value that cannot be.
         """
         table = _copied(self.base)
         for system in self.systems[:1]:  # the case's own data system is not flown
@@ -167,8 +170,9 @@ def plan_of_names(
 
 
 def names(kind: str, text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of a comma list, each once. `all` means all of `known`. Raises BadInputError
-    for none.
+    """Return the names of a comma list, each once.
+
+    `all` means all of `known`. Raises BadInputError for none.
     """
     chosen = tuple(part.strip() for part in text.split(",") if part.strip())
     if not chosen:
@@ -187,8 +191,9 @@ def systems_named(text: str) -> tuple[DataSystem, ...]:
 
 
 def seeds_of(text: str) -> range:
-    """Return the seeds of `N`, which are 1 to N, or of `A-B`. Raises BadInputError for anything
-    else.
+    """Return the seeds of `N`, which are 1 to N, or of `A-B`.
+
+    Raises BadInputError for anything else.
     """
     first, dash, last = text.partition("-")
     try:

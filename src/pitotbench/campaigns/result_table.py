@@ -178,8 +178,9 @@ def _entries(columns: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]
 
 
 def publish_files(folder: Path, store: ResultStore, tasks: Iterable[Task]) -> None:
-    """Make the folders of logs and of cases from the store. Those of an earlier campaign are
-    replaced.
+    """Make the folders of logs and of cases from the store.
+
+    Those of an earlier campaign are replaced.
     """
     fresh = {name: folder / f".{name}-new" for name in ("logs", "cases")}
     for place in fresh.values():
@@ -234,8 +235,9 @@ def result_table(folders: Sequence[Path]) -> "DataFrame":
 
 
 def _indexed(store: ResultStore) -> Path:
-    """Return the index of a store, brought up to date: the parts that it lacks are read. Raises
-    BadInputError where it cannot be written.
+    """Return the index of a store, brought up to date: the parts that it lacks are read.
+
+    Raises BadInputError where it cannot be written.
     """
     import pyarrow as pa
     from pyarrow.parquet import read_table
@@ -329,8 +331,9 @@ def _require_comparison(where: str) -> None:
 
 
 def chosen_rows(table: "DataFrame", where: str | None, state: str | None) -> "DataFrame":
-    """Return the rows of a state for which an expression of pandas holds. Raises BadInputError for
-    a wrong one.
+    """Return the rows of a state for which an expression of pandas holds.
+
+    Raises BadInputError for a wrong one.
     """
     if state is not None:
         if state not in STATES:
@@ -385,8 +388,9 @@ def require_columns(table: "DataFrame", names: Sequence[str]) -> None:
 
 
 def write_table(table: "DataFrame", path: Path) -> None:
-    """Write a table as .parquet or .csv, whole or not at all. Raises BadInputError for another
-    ending.
+    """Write a table as .parquet or .csv, whole or not at all.
+
+    Raises BadInputError for another ending.
 
     In a CSV, a text that a spreadsheet would take for a formula begins with an apostrophe.
     """

@@ -58,8 +58,9 @@ class ResultStore:
     _locks: ClassVar[dict[Path, sqlite3.Connection]] = {}  # the locks of this process
 
     def __enter__(self) -> "ResultStore":
-        """Take the lock and clear what a killed driver left. Raises BadInputError where another
-        driver holds it.
+        """Take the lock and clear what a killed driver left.
+
+        Raises BadInputError where another driver holds it.
         """
         try:
             (self.folder / _SCRATCH).mkdir(parents=True, exist_ok=True)
@@ -196,8 +197,9 @@ _SEAL_LENGTH = len(_seal(b""))
 
 
 def stored(task: Task, result: TaskOutcome | Failure) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """Return the document of a result and its logs. It names the case, the code, the versions and
-    the machine.
+    """Return the document of a result and its logs.
+
+    It names the case, the code, the versions and the machine.
 
     Raises BadInputError for a result that other code has made.
     """

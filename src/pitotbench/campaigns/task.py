@@ -132,8 +132,9 @@ class TaskOutcome:
 
 
 def perform_task(task: Task) -> TaskOutcome:
-    """Fly one task, sense it, calibrate and score. This runs in any process, and writes no file
-    that stays.
+    """Fly one task, sense it, calibrate and score.
+
+    This runs in any process, and writes no file that stays.
     """
     cpu, begun = time.process_time(), time.perf_counter()
     flight = fly(task.case, channels=CHANNELS)

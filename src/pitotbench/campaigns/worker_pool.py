@@ -38,8 +38,9 @@ _UNGUARDED = (
 
 
 class LostWorkError(RuntimeError):
-    """The process that performed a task has ended. `log` is the last part of what the process
-    wrote.
+    """The process that performed a task has ended.
+
+    `log` is the last part of what the process wrote.
     """
 
     def __init__(self, reason: str, log: str = "") -> None:
@@ -78,8 +79,9 @@ class WorkerPool(Executor):
             thread.start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
-        """Return the future of a call. Raises RuntimeError after `shutdown`, and what pickling
-        raises.
+        """Return the future of a call.
+
+        Raises RuntimeError after `shutdown`, and what pickling raises.
         """
         future: Future[Any] = Future()
         call = _Call(future, bytes(ForkingPickler.dumps((fn, args, kwargs))))
@@ -116,8 +118,9 @@ class WorkerPool(Executor):
             return [worker.process.pid for worker in self._workers if worker.process.pid]
 
     def _serve(self) -> None:
-        """Give calls to one worker and take their results, until the pool is closed. This is a
-        thread.
+        """Give calls to one worker and take their results, until the pool is closed.
+
+        This is a thread.
         """
         worker: _Worker | None = None
         try:
@@ -161,8 +164,9 @@ class WorkerPool(Executor):
 
 
 class _Worker:
-    """One spawned process, the connection to it and the end of its log. Raises BrokenExecutor if
-    none starts.
+    """One spawned process, the connection to it and the end of its log.
+
+    Raises BrokenExecutor if none starts.
     """
 
     def __init__(self) -> None:
@@ -189,8 +193,9 @@ class _Worker:
         self.loaded = False  # whether it has taken a call
 
     def perform(self, message: bytes, seconds: float | None) -> tuple[bool, Any]:
-        """Return (true, result) or (false, error) of a call. Raises LostWorkError or
-        BrokenExecutor.
+        """Return (true, result) or (false, error) of a call.
+
+        Raises LostWorkError or BrokenExecutor.
         """
         self.log.truncate(0)
         longest = None if seconds is None else seconds + _GRACE
@@ -264,8 +269,9 @@ def _one_thread() -> Iterator[None]:
 
 
 def _work(calls: "Connection[Any, Any]", log: str, parent: int) -> None:
-    """Perform the calls that arrive, one after the other, and send each result. End with the
-    driver.
+    """Perform the calls that arrive, one after the other, and send each result.
+
+    End with the driver.
 
     Everything that the process writes goes to the file `log`. `_BEGUN` is sent when a call begins,
     then its result as (true, value) or its error as (false, error).

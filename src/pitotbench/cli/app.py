@@ -77,8 +77,9 @@ COMMANDS = (
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A parser whose errors are one line. It has `--debug` and `--version`, and so have its
-    commands.
+    """A parser whose errors are one line.
+
+    It has `--debug` and `--version`, and so have its commands.
     """
 
     def __init__(self, *args: Any, **settings: Any) -> None:
@@ -98,8 +99,9 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 class CommandParser(OneLineParser):
-    """The parser of one command. It loads the command's module only when it parses, not for other
-    commands.
+    """The parser of one command.
+
+    It loads the command's module only when it parses, not for other commands.
     """
 
     def __init__(self, *args: Any, command: Command, **settings: Any) -> None:
@@ -199,8 +201,9 @@ _COLLECT_AFTER = 100_000  # new objects; Python's 700 suit a program that loads 
 
 
 def _prepare_process(outside: bool) -> None:
-    """Let no terminal stop a command: neither an old one, nor one that is closed. Spend no time on
-    what helps none.
+    """Let no terminal stop a command: neither an old one, nor one that is closed.
+
+    Spend no time on what helps none.
 
     Of a command from `outside` this program, the warnings of Python and its libraries go to
     logging, where only `--debug` and the host's own settings show them. Their causes are for tests.

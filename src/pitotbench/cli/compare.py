@@ -109,8 +109,9 @@ def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -
 
 
 def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
-    """Return the name and the curve of a calibration as `calibrate --json` prints it. Raises
-    BadInputError.
+    """Return the name and the curve of a calibration as `calibrate --json` prints it.
+
+    Raises BadInputError.
     """
     import json
 

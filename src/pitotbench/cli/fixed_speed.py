@@ -43,8 +43,9 @@ FLAGS = (
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the answer; return exit code 0. Raises BadInputError unless files of one kind, legs, or
-    a sheet are asked for.
+    """Print the answer; return exit code 0.
+
+    Raises BadInputError unless files of one kind, legs, or a sheet are asked for.
     """
     from pitotbench.logbook.points_table import is_fly_by_card, is_known_speeds, is_points_table
 

@@ -13,8 +13,9 @@ FLAGS = (
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fly the case and write the log; return exit code 0. Raises BadInputError before the flight
-    for bad paths.
+    """Fly the case and write the log; return exit code 0.
+
+    Raises BadInputError before the flight for bad paths.
     """
     from pitotbench.campaigns.flights import fly_to_log
     from pitotbench.logbook.formats import FORMATS

@@ -132,8 +132,9 @@ def read_logs(
     airspeed_sensor: int | None = None,
     facts: Mapping[str, Any] | None = None,
 ) -> "list[FlightLog]":
-    """Read logs, or the same part of each, with what is stated of the flight (`FACTS`). Raises
-    BadInputError as `read_log` does.
+    """Read logs, or the same part of each, with what is stated of the flight (`FACTS`).
+
+    Raises BadInputError as `read_log` does.
     """
     from pitotbench.logbook.reading import read_log
 
@@ -159,8 +160,9 @@ def stated_facts(options: argparse.Namespace) -> dict[str, str]:
 
 
 def stated_wind(options: argparse.Namespace) -> "Wind":
-    """Return the mean wind of the parsed flags. Raises BadInputError for an impossible speed or
-    direction.
+    """Return the mean wind of the parsed flags.
+
+    Raises BadInputError for an impossible speed or direction.
     """
     from pitotbench.records.case import Wind
     from pitotbench.units import DEGREE, KNOT
@@ -177,8 +179,9 @@ def stated_wind(options: argparse.Namespace) -> "Wind":
 
 
 def stated_numbers(flag: str, text: str, form: str, count: int | None = None) -> list[float]:
-    """Return the numbers with commas between them of a flag. Raises BadInputError, with the form in
-    which it takes them, for others and for another count.
+    """Return the numbers with commas between them of a flag.
+
+    Raises BadInputError, with the form in which it takes them, for others and for another count.
     """
     parts = text.split(",")
     with suppress(ValueError):

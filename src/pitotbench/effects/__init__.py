@@ -1,5 +1,6 @@
-"""The table of physical effects that a case may name. A new effect is one entry on the page of its
-family.
+"""The table of physical effects that a case may name.
+
+A new effect is one entry on the page of its family.
 """
 
 from collections.abc import Iterable
@@ -59,8 +60,9 @@ FORMS: Catalog[Effect] = Catalog(
 
 
 def effect_of(name: str) -> Effect:
-    """Return an effect of the table in any form, or a formula, by its name. Raises
-    UnknownNameError.
+    """Return an effect of the table in any form, or a formula, by its name.
+
+    Raises UnknownNameError.
     """
     return FORMULAS[name] if name in FORMULAS else FORMS[name]
 

@@ -175,8 +175,9 @@ class Effect:
         return self.variant_of or self.name
 
     def parameter(self, name: str) -> Parameter:
-        """Return a parameter by its name. Raises StopIteration where the effect has none of this
-        name.
+        """Return a parameter by its name.
+
+        Raises StopIteration where the effect has none of this name.
         """
         return next(p for p in self.parameters if p.name == name)
 
@@ -306,8 +307,9 @@ NOWHERE = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data o
 
 
 def forms_in_time(effect: Effect) -> tuple[Effect, ...]:
-    """Return an effect from a time on and for a time. Effects that have times of their own have no
-    such forms.
+    """Return an effect from a time on and for a time.
+
+    Effects that have times of their own have no such forms.
 
     Nor has warmer air: the simulator's standard day lasts for the whole flight. The sizes of a form
     are those of the effect, times a share that rises from 0 to 1 within `EDGE` from `from_s` on, and

@@ -185,8 +185,9 @@ class Overlay:
         return scaled.union(*(properties_in(added.value) for added in self.functions))
 
     def is_empty(self) -> bool:
-        """Return whether nothing is added to the aircraft's files. A temperature is not part of
-        them.
+        """Return whether nothing is added to the aircraft's files.
+
+        A temperature is not part of them.
         """
         return not any(
             getattr(self, f.name) for f in fields(self) if f.name != "temperature_offset"

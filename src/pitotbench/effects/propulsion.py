@@ -25,8 +25,9 @@ from pitotbench.units import INCH_OF_MERCURY, Array
 
 
 def left_and_right(effect: str, baseline: Baseline) -> tuple[int, int]:
-    """Return JSBSim's numbers of the left and the right engine. Raises BadInputError unless there
-    are two.
+    """Return JSBSim's numbers of the left and the right engine.
+
+    Raises BadInputError unless there are two.
     """
     if len(baseline.engines) != 2:
         raise BadInputError(

@@ -1,5 +1,6 @@
-"""Check the rows of a log: pauses, stuck sensors, missing numbers. A check drops rows with a
-warning, or raises.
+"""Check the rows of a log: pauses, stuck sensors, missing numbers.
+
+A check drops rows with a warning, or raises.
 """
 
 import re
@@ -644,8 +645,9 @@ def _tell_broken(draft: Draft, find: Callable[[Mapping[str, Array]], Broken | No
 
 
 def check_impact_pressure(draft: Draft) -> None:
-    """Drop rows of negative impact pressure. Raise BadInputError for a stuck sensor, and where most
-    are negative.
+    """Drop rows of negative impact pressure.
+
+    Raise BadInputError for a stuck sensor, and where most are negative.
 
     Mostly negative values mean that total and static are exchanged, or that the sign is. Warn of
     coarse steps.

@@ -1,5 +1,6 @@
-"""A table as read from a file: column names with unit suffixes, clock times, a TOML header. It is
-not yet a log.
+"""A table as read from a file: column names with unit suffixes, clock times, a TOML header.
+
+It is not yet a log.
 """
 
 import re
@@ -29,8 +30,9 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Columns in the order of the file, the header, and the warnings of the reader. A name may
-    occur twice.
+    """Columns in the order of the file, the header, and the warnings of the reader.
+
+    A name may occur twice.
     """
 
     names: tuple[str, ...]
@@ -155,8 +157,9 @@ _LONGEST_TEXT = 1000  # letters: an array of texts has room for the longest of t
 
 
 def texts(name: str, column: Column) -> NDArray[np.str_]:
-    """Return a column as text; an empty cell is an empty text. Raises BadInputError for a text that
-    is no label.
+    """Return a column as text; an empty cell is an empty text.
+
+    Raises BadInputError for a text that is no label.
     """
     if column.dtype.kind == "U":
         return column
@@ -307,8 +310,9 @@ WARNINGS = "warnings"  # header entry: remarks made when the log was read or wri
 
 
 def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
-    """Return the table of a header and a list of warnings. Text that is not TOML is kept line by
-    line.
+    """Return the table of a header and a list of warnings.
+
+    Text that is not TOML is kept line by line.
 
     It is warned of only where a line looks like TOML: the remarks that a recorder writes are none.
     """
@@ -324,8 +328,9 @@ def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
 
 
 def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
-    """Return the warnings in a header. Entries that are not text are ignored, and a warning says
-    so.
+    """Return the warnings in a header.
+
+    Entries that are not text are ignored, and a warning says so.
     """
     found = header.get(WARNINGS, [])
     entries = found if isinstance(found, list | tuple) else [found]
@@ -434,8 +439,9 @@ def _blank(cell: object) -> bool:
 
 
 def _day_and_second(cell: object) -> tuple[float, float]:
-    """Return the day (NaN without a date) and the second of the day. Raises ValueError for anything
-    else.
+    """Return the day (NaN without a date) and the second of the day.
+
+    Raises ValueError for anything else.
     """
     if isinstance(cell, timedelta):
         return np.nan, cell.total_seconds()

@@ -282,8 +282,9 @@ def _delimiter(first_line: bytes, row: bytes = b"") -> str:
 
 
 def _options(form: _Form, ragged: list[Any], types: Mapping[str, Any]) -> tuple[Any, Any, Any]:
-    """Return how to read, parse and convert. Rows of another length than the first line go to
-    `ragged`.
+    """Return how to read, parse and convert.
+
+    Rows of another length than the first line go to `ragged`.
     """
     from pyarrow import csv
 
@@ -306,8 +307,9 @@ def _options(form: _Form, ragged: list[Any], types: Mapping[str, Any]) -> tuple[
 
 
 def _check_ragged(ragged: list[Any], rows: int, between: int) -> list[str]:
-    """Return a warning for a last line that breaks off. Raise BadInputError for any other line of
-    wrong length.
+    """Return a warning for a last line that breaks off.
+
+    Raise BadInputError for any other line of wrong length.
     """
     if not ragged:
         return []
@@ -379,8 +381,9 @@ def _numbers(parts: "Sequence[pa.Array]") -> Array:
 
 
 def write_csv(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
-    """Write columns below a TOML header. Numbers have the fewest digits that read back to the same
-    value.
+    """Write columns below a TOML header.
+
+    Numbers have the fewest digits that read back to the same value.
     """
     import pyarrow as pa
     from pyarrow import csv

@@ -1,5 +1,6 @@
-"""Read the messages of an ArduPilot DataFlash log, binary or as text. Needs pymavlink, of the extra
-pitotbench[logs].
+"""Read the messages of an ArduPilot DataFlash log, binary or as text.
+
+Needs pymavlink, of the extra pitotbench[logs].
 """
 
 from collections.abc import Sequence

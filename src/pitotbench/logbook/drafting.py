@@ -687,8 +687,9 @@ def _more_sensors(fitted: Sequence[Guess], offered: Sequence[list[Guess]]) -> It
 
 
 def _question(guess: Guess, rivals: Sequence[str], by_quantity: Mapping[str, str]) -> str:
-    """Return what to ask about a line; empty for one that is sure. `by_quantity` holds the columns
-    by quantity.
+    """Return what to ask about a line; empty for one that is sure.
+
+    `by_quantity` holds the columns by quantity.
     """
     variation = by_quantity.get("magnetic_variation", by_quantity.get("magnetic_track"))
     if (

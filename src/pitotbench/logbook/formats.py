@@ -58,8 +58,9 @@ READ_ONLY: dict[str, Callable[[Path], Table]] = {
 
 
 def reader_of(path: Path) -> Callable[[Path], Table]:
-    """Return the reader of a file by its suffix. Raises BadInputError for a suffix that is not in
-    the tables.
+    """Return the reader of a file by its suffix.
+
+    Raises BadInputError for a suffix that is not in the tables.
     """
     packed = next((suffix for suffix in READ_ONLY if path.name.lower().endswith(suffix)), None)
     if packed is not None:
@@ -71,8 +72,9 @@ def reader_of(path: Path) -> Callable[[Path], Table]:
 
 
 def format_of(path: Path) -> Format:
-    """Return the format of a file by its suffix. Raises BadInputError for a suffix that is not in
-    the table.
+    """Return the format of a file by its suffix.
+
+    Raises BadInputError for a suffix that is not in the table.
     """
     suffix = path.suffix.lower()
     if suffix not in FORMATS:

@@ -1,5 +1,6 @@
-"""Read the variables of a .mat file of version 7.3, which is HDF5. Needs h5py, of the extra
-pitotbench[hdf5].
+"""Read the variables of a .mat file of version 7.3, which is HDF5.
+
+Needs h5py, of the extra pitotbench[hdf5].
 """
 
 from pathlib import Path
@@ -44,8 +45,9 @@ def load_hdf5(path: Path) -> dict[str, Any]:
 
 
 def _fields(group: Any, h5py: Any, seen: set[Any]) -> dict[str, Any]:
-    """Return what a group itself holds: a link of another kind may lead into another file. What was
-    `seen` is not read again.
+    """Return what a group itself holds: a link of another kind may lead into another file.
+
+    What was `seen` is not read again.
     """
     return {
         name: _value(group[name], h5py, seen)

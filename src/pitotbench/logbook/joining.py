@@ -290,8 +290,9 @@ def _nearest(time: Array, clock: Array) -> NDArray[np.intp]:
 
 
 def _time(table: Table) -> Array:
-    """Return the time column in seconds. Raises BadInputError unless it increases, as interpolation
-    needs.
+    """Return the time column in seconds.
+
+    Raises BadInputError unless it increases, as interpolation needs.
     """
     name = next(
         (n for n in table.names if n in {f"time_{s}" for s in QUANTITIES["time"].suffixes}), None

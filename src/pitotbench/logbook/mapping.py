@@ -1,5 +1,6 @@
-"""Read mapping files, which give the columns of a foreign log our names. The log may be in several
-files.
+"""Read mapping files, which give the columns of a foreign log our names.
+
+The log may be in several files.
 """
 
 from collections.abc import Iterable
@@ -18,8 +19,10 @@ from pitotbench.records.intake import toml_table, toml_text
 
 @dataclass(frozen=True, slots=True)
 class Renamed:
-    """One column of a foreign log and its name here: value = theirs * factor + offset. It may be
-    absent if optional."""
+    """One column of a foreign log and its name here: value = theirs * factor + offset.
+
+    It may be absent if optional.
+    """
 
     theirs: str
     name: str
@@ -51,8 +54,9 @@ class MappedFile:
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
-    """A mapping: its files, and calibration choices that suit such logs. The first file gives the
-    time base.
+    """A mapping: its files, and calibration choices that suit such logs.
+
+    The first file gives the time base.
 
     `refuse` says why such a log cannot be calibrated, empty where it can. `kind` is that of the
     aircraft that carry such a recorder, such as `drone`; empty where any may. `shipped`: it is of a
@@ -140,8 +144,9 @@ def recognized(names: Iterable[str]) -> str | None:
 
 @cache
 def _document() -> Any:
-    """Return the model of a mapping file: its tables and keys. Made when asked for: pydantic is
-    slow to load.
+    """Return the model of a mapping file: its tables and keys.
+
+    Made when asked for: pydantic is slow to load.
     """
     from pydantic import ConfigDict, create_model
 

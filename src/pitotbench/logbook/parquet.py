@@ -19,8 +19,9 @@ _WIDEST = 16  # bytes of a decimal number
 
 
 def read_parquet(path: Path) -> Table:
-    """Read the table of a Parquet file. Raises BadInputError for any other file, and for one that
-    is cut off.
+    """Read the table of a Parquet file.
+
+    Raises BadInputError for any other file, and for one that is cut off.
     """
     import pyarrow as pa
     from pyarrow import parquet

@@ -301,8 +301,9 @@ def _by_airspeed(airspeed: Array, configurations: Sequence[str]) -> list[str]:
 
 
 def _parsed(name: str) -> tuple[str, str]:
-    """Return the quantity of a column and its suffix; empty for another. Raises BadInputError for a
-    wrong unit.
+    """Return the quantity of a column and its suffix; empty for another.
+
+    Raises BadInputError for a wrong unit.
     """
     name = _OF_SHEET.get(name.partition("[")[0].strip().lower(), name)
     for quantity, dimension in _OF_TOWER.items():

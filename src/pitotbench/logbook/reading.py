@@ -96,8 +96,9 @@ def whole_table(
     airspeed_sensor: int | None = None,
     facts: abc.Mapping[str, str | None] | None = None,
 ) -> Table:
-    """Return the table of a log under our column names, before it is checked. Parameters and errors
-    as of `read_log`, without the file in the message.
+    """Return the table of a log under our column names, before it is checked.
+
+    Parameters and errors as of `read_log`, without the file in the message.
     """
     return _table_and_draft(source, mapping, parameters or {}, airspeed_sensor, facts or {})[0]
 
@@ -124,8 +125,9 @@ def _table_and_draft(
 
 
 def with_facts(table: Table, facts: abc.Mapping[str, str | None]) -> Table:
-    """Return a table with what is stated of the flight in its header. Raises BadInputError for an
-    unknown name.
+    """Return a table with what is stated of the flight in its header.
+
+    Raises BadInputError for an unknown name.
     """
     for name in facts:
         if name not in FACTS:
@@ -134,8 +136,9 @@ def with_facts(table: Table, facts: abc.Mapping[str, str | None]) -> Table:
 
 
 def _only_log(folder: Path, source: Path) -> Path:
-    """Return the file of the only log of a folder, which the user named as `source`. Raises
-    BadInputError, with the way to the flights, where there are others.
+    """Return the file of the only log of a folder, which the user named as `source`.
+
+    Raises BadInputError, with the way to the flights, where there are others.
     """
     files = logs_in(folder)
     if len(files) == 1:
@@ -238,8 +241,9 @@ def needs_mapping(path: Path) -> str:
 
 
 def read_table(path: Path) -> Table:
-    """Return the table of a file as it is. Raises BadInputError for a file that cannot be read or
-    holds no row.
+    """Return the table of a file as it is.
+
+    Raises BadInputError for a file that cannot be read or holds no row.
     """
     read = reader_of(path)
     require_regular(path)

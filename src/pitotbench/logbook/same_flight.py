@@ -29,8 +29,10 @@ _TOGETHER = 60.0  # s of overlap by clock: between two flights of one day clocks
 
 @dataclass(frozen=True, slots=True)
 class DistinctLogs:
-    """Logs of which no two hold the same rows. `places` (n,) are those of the logs that were given
-    among `logs`; `notices` name the files that counted once.
+    """Logs of which no two hold the same rows.
+
+    `places` (n,) are those of the logs that were given among `logs`; `notices` name the files that
+    counted once.
     """
 
     logs: tuple[FlightLog, ...]

@@ -1,5 +1,6 @@
-"""Read the first sheet of a spreadsheet (.xlsx) that holds a table. Needs openpyxl, of the extra
-pitotbench[logs].
+"""Read the first sheet of a spreadsheet (.xlsx) that holds a table.
+
+Needs openpyxl, of the extra pitotbench[logs].
 """
 
 import csv

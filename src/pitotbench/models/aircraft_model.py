@@ -28,8 +28,9 @@ COARSE_RATE, FINE_RATE = 25.0, 100.0
 
 
 def aircraft_model(name: str) -> AircraftModel | None:
-    """Return an aircraft of the hangar as the analyst's model; None for `none`. Raises
-    UnknownNameError.
+    """Return an aircraft of the hangar as the analyst's model; None for `none`.
+
+    Raises UnknownNameError.
     """
     if name == "none":
         return None

@@ -155,8 +155,9 @@ class _Meter:
     count: int = 0
 
     def forces(self, edits: Sequence[Edit], name: str) -> ModelForces:
-        """Return the forces with some differences. Raises SimulationError where JSBSim refuses
-        them.
+        """Return the forces with some differences.
+
+        Raises SimulationError where JSBSim refuses them.
         """
         self.count += 1
         folder = self.shelf / str(self.count) / self.base.name

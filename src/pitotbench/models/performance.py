@@ -46,8 +46,9 @@ def find_performance(aircraft: str, handbook: Path | None = None) -> Performance
 
 
 def find_main_figures(aircraft: str) -> Performance:
-    """Return stall, glide, climb and top speed of an aircraft, some two seconds of work. Names and
-    errors are those of `find_performance`.
+    """Return stall, glide, climb and top speed of an aircraft, some two seconds of work.
+
+    Names and errors are those of `find_performance`.
     """
     return _performance(aircraft, MAIN_FAMILIES)
 

@@ -34,8 +34,9 @@ TENTH = 0.1  # s
 
 
 def is_identification(path: Path) -> bool:
-    """Return whether a file is a .mat file with the array of SIDPAC. Raises BadInputError for a
-    broken one.
+    """Return whether a file is a .mat file with the array of SIDPAC.
+
+    Raises BadInputError for a broken one.
     """
     if path.suffix.lower() != ".mat" or not path.is_file():
         return False

@@ -18,8 +18,9 @@ Term = Callable[[Array], Array]
 
 @dataclass(frozen=True, slots=True)
 class TermModel:
-    """A model of Δp/q_c that is linear in its parameters. `terms` holds a term and its slope for
-    each parameter.
+    """A model of Δp/q_c that is linear in its parameters.
+
+    `terms` holds a term and its slope for each parameter.
 
     The models of Martos, Kiszely and Foster (2011, Fig 4) are such sums in x = q_ci/q_ref. The
     source shows Inverse+ only as a figure; k1 + k2 x + k3/x is our reading of it.

@@ -19,8 +19,9 @@ class BadInputError(ValueError):
 
 
 class NoAnswerError(RuntimeError):
-    """The input is valid but does not determine an answer: not observable, or not converged. Exit
-    code 3.
+    """The input is valid but does not determine an answer: not observable, or not converged.
+
+    Exit code 3.
     """
 
 

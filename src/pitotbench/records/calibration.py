@@ -15,8 +15,9 @@ from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecon
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """An estimate and its ±2σ bound, in one unit. The bound is made to contain the true value in 95
-    % of cases.
+    """An estimate and its ±2σ bound, in one unit.
+
+    The bound is made to contain the true value in 95 % of cases.
     """
 
     name: str
@@ -539,8 +540,9 @@ class Calibration(Shown):
         views().write_record(self, Path(path), rule, units)
 
     def write_card(self, path: str | Path) -> None:
-        """Write the airspeed card (.csv), as `calibrate --card` does. Raises BadInputError for
-        another name.
+        """Write the airspeed card (.csv), as `calibrate --card` does.
+
+        Raises BadInputError for another name.
         """
         views().write_card(self, Path(path))
 

@@ -1,5 +1,7 @@
-"""What a calibration can be asked. Flags, keywords of Python, settings of the page and lines of the
-record are made from the fields of these records: a new option is a new field, and nothing else.
+"""What a calibration can be asked.
+
+Flags, keywords of Python, settings of the page and lines of the record are made from the fields of
+these records: a new option is a new field, and nothing else.
 """
 
 from collections.abc import Iterator

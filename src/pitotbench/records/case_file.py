@@ -1,5 +1,6 @@
-"""Write a Case as TOML and read it back. A key ends in its unit: `altitude_ft = 6000`,
-`wind.speed_kt = 15`.
+"""Write a Case as TOML and read it back.
+
+A key ends in its unit: `altitude_ft = 6000`, `wind.speed_kt = 15`.
 """
 
 import json
@@ -49,8 +50,9 @@ def read_case(source: Path | str) -> Case:
 
 
 def case_of_table(table: Mapping[str, Any], name: str = "case") -> Case:
-    """Return the case of a table whose keys end in units, as TOML is read. `name` begins the
-    message of an error.
+    """Return the case of a table whose keys end in units, as TOML is read.
+
+    `name` begins the message of an error.
 
     Missing keys keep their defaults. Raises BadInputError that lists every problem with its key.
     """

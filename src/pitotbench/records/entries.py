@@ -22,8 +22,10 @@ Rules = Callable[[Any, Callable[[Place], str]], Iterable[str]]
 
 
 def record_of_table(kind: type[T], table: Mapping[str, Any], name: str, rules: Rules) -> T:
-    """Return the record of a kind from a table. `name` begins the message of an error; `rules`
-    yields those that a tree of fields [SI] breaks, each with the key as the table spells it.
+    """Return the record of a kind from a table.
+
+    `name` begins the message of an error; `rules` yields those that a tree of fields [SI] breaks,
+    each with the key as the table spells it.
 
     Missing keys keep their defaults. Raises BadInputError that lists every problem with its key.
     """
@@ -81,8 +83,9 @@ class _Reading:
         return ".".join(self._spelled.get(place[: i + 1], part) for i, part in enumerate(place))
 
     def record(self, kind: type, table: object, place: Place) -> Any:
-        """Return the fields of a record from a table. Another value is noted as a problem and
-        returned.
+        """Return the fields of a record from a table.
+
+        Another value is noted as a problem and returned.
         """
         if not isinstance(table, Mapping):
             example = ", ".join(f"{canonical_key(f)} = …" for f in fields(kind)[:2])

@@ -46,8 +46,9 @@ class Flight:
 
     @property
     def duration(self) -> float:
-        """The recorded time [s]. The set-up between speeds is flown but not recorded, and does not
-        count.
+        """The recorded time [s].
+
+        The set-up between speeds is flown but not recorded, and does not count.
         """
         return len(self) * self._step
 

@@ -14,8 +14,9 @@ _MOST_TOML = 16 << 20  # bytes of a file: a plan of 300,000 flights, one by one
 
 
 def toml_table(text: str) -> dict[str, Any]:
-    """Return the table of TOML text. Raises ValueError for text that is not TOML or takes too long
-    to read.
+    """Return the table of TOML text.
+
+    Raises ValueError for text that is not TOML or takes too long to read.
 
     The reader's time and memory grow with the square of the dots in a key, which stands on one
     line.
@@ -50,8 +51,9 @@ def toml_text(path: Path, what: str) -> str:
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:
-    """Return the table of a TOML file. Raises BadInputError as `toml_text` does, and for text that
-    is no TOML.
+    """Return the table of a TOML file.
+
+    Raises BadInputError as `toml_text` does, and for text that is no TOML.
     """
     text = toml_text(path, what)
     try:

@@ -81,10 +81,12 @@ class Slip:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CardPoint:
-    """What the legs at one airspeed give. `correction` is calibrated minus indicated airspeed
-    [m/s]; `altitude_correction` is true minus indicated pressure altitude [m] where the static
-    source errs. A point with too few legs has None and the reason in `remark`. `wind_from` [rad];
-    `spread` [m/s] of the three-leg answers."""
+    """What the legs at one airspeed give.
+
+    `correction` is calibrated minus indicated airspeed [m/s]; `altitude_correction` is true minus
+    indicated pressure altitude [m] where the static source errs. A point with too few legs has None
+    and the reason in `remark`. `wind_from` [rad]; `spread` [m/s] of the three-leg answers.
+    """
 
     point: str
     configuration: str

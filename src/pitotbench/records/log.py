@@ -54,8 +54,9 @@ class Caution(str):
         size: float = nan,
         moves: CurveMove | None = None,
     ) -> Self:
-        """Make the warning of a text. One that a log brings along as a mere text has the code
-        `log`.
+        """Make the warning of a text.
+
+        One that a log brings along as a mere text has the code `log`.
         """
         caution = super().__new__(cls, text)
         caution.code, caution.column, caution.size, caution.moves = code, column, size, moves
@@ -271,9 +272,11 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class FlightSummary:
-    """A flight of a folder: its file, and the file's refusal, empty for one that was read. Then its
-    moment as the log states it, its airplane, its length [s] and the 5 % and 95 % quantiles of its
-    indicated airspeed [m/s]. `strange`: it was not read for its names, which a mapping can tell.
+    """A flight of a folder: its file, and the file's refusal, empty for one that was read.
+
+    Then its moment as the log states it, its airplane, its length [s] and the 5 % and 95 %
+    quantiles of its indicated airspeed [m/s]. `strange`: it was not read for its names, which a
+    mapping can tell.
     """
 
     file: str

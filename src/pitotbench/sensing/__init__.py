@@ -1,5 +1,6 @@
-"""Turn a Flight (the truth) into a FlightLog (the recording of a data system). Channels, (n,), are
-SI.
+"""Turn a Flight (the truth) into a FlightLog (the recording of a data system).
+
+Channels, (n,), are SI.
 """
 
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS as CALIBRATION_CHANNELS

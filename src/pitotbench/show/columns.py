@@ -95,8 +95,10 @@ class Column(Generic[Row]):
     optional: bool = False
 
     def text(self, row: Row) -> str:
-        """The cell of a row, without the unit. A text is as it is read; a number can be copied into
-        a program, and a signed one that is rounded to nought is +0.
+        """The cell of a row, without the unit.
+
+        A text is as it is read; a number can be copied into a program, and a signed one that is
+        rounded to nought is +0.
         """
         value = self.value(row)
         if value is None:
@@ -192,8 +194,9 @@ def json_rows(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> list[dict[
 
 
 def csv_text(rows: Sequence[Mapping[str, object]], **whole: object) -> str:
-    """Rows as CSV, by key: numbers with three decimals, nothing for what a row has not. What is
-    said of the `whole`, if anything, stands in the first row alone, in columns of its own.
+    """Rows as CSV, by key: numbers with three decimals, nothing for what a row has not.
+
+    What is said of the `whole`, if anything, stands in the first row alone, in columns of its own.
     """
     said = {key: value for key, value in whole.items() if value}
     rows = [{**row, **(said if number == 0 else {})} for number, row in enumerate(rows)]

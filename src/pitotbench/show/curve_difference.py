@@ -42,8 +42,9 @@ class CurveDifference:
 
 
 def compare_curves(first: str, one: ErrorCurve, second: str, other: ErrorCurve) -> CurveDifference:
-    """Compare two curves with their names. Raises BadInputError where they have no airspeeds in
-    common.
+    """Compare two curves with their names.
+
+    Raises BadInputError where they have no airspeeds in common.
     """
     spans = [
         (float(c.indicated_airspeed[0]), float(c.indicated_airspeed[-1])) for c in (one, other)

@@ -74,8 +74,9 @@ def curve_panels(
 def bound_panels(
     result: Calibration, truth: MetersPerSecond | None = None, units: Units = BENCH
 ) -> list[Panel]:
-    """The bounds of a curve, and the altitude error where the static source errs. `truth`: the true
-    correction [m/s].
+    """The bounds of a curve, and the altitude error where the static source errs.
+
+    `truth`: the true correction [m/s].
     """
     known = drawing(*bound_marks(result.curve, truth))
     found = [panel("How well the curve is known", known, legend_columns=2, units=units)]
@@ -118,8 +119,10 @@ def curve_marks(
 
 
 def _draw_limit(axes: Axes, limit: Limit | None, speed: Array) -> None:
-    """Draw a limit that is near what is drawn. One far beyond it would squeeze the curve to a
-    stripe; the sentence of the rule tells its margin.
+    """Draw a limit that is near what is drawn.
+
+    One far beyond it would squeeze the curve to a stripe; the sentence of the rule tells its
+    margin.
     """
     low, high = axes.get_ylim()
     if limit is not None and np.min(limit.airspeed(speed)) < _LIMIT_WITHIN * max(-low, high):

@@ -113,8 +113,7 @@ def calibration_words(change: CalibrationChange) -> str:
 
 
 def effect_words(effect: Candidate, *more: str) -> str:
-    """An effect with its clear sizes, the times at which it begins and ends, and more to say of
-    it.
+    """An effect with its clear sizes, the times at which it begins and ends, and more to say of it.
 
     A size within its bound of zero is left out where another is not. Opposite signs on the two
     sides are one yawing moment, whatever gives it.

@@ -1,5 +1,6 @@
-"""Views of records in a notebook: one line, HTML, a picture, a table. A new record adds one
-function to each.
+"""Views of records in a notebook: one line, HTML, a picture, a table.
+
+A new record adds one function to each.
 """
 
 from collections.abc import Callable, Mapping
@@ -61,15 +62,17 @@ def in_one_line(record: object) -> str:
 
 
 def to_html(record: object) -> str:
-    """The record as a piece of HTML: what its tree says first, with its pictures. Raises TypeError
-    for a record without a tree.
+    """The record as a piece of HTML: what its tree says first, with its pictures.
+
+    Raises TypeError for a record without a tree.
     """
     return html_of(_view_of(record, _TREES, "view in a notebook")(record), reader_units(), ANSWER)
 
 
 def to_frame(record: object) -> pd.DataFrame:
-    """The record as a table; each column ends in its unit. Raises TypeError for a record without
-    one.
+    """The record as a table; each column ends in its unit.
+
+    Raises TypeError for a record without one.
     """
     return pd.DataFrame(_view_of(record, _TABLES, "table")(record))
 
@@ -82,8 +85,9 @@ def _view_of(record: object, views: Mapping[type, View], name: str) -> View:
 
 
 def plot(record: object, axes: Axes | None = None) -> Figure:
-    """Draw the record on the axes given, or in a new figure, and return the figure. Raises
-    TypeError for a record without a picture.
+    """Draw the record on the axes given, or in a new figure, and return the figure.
+
+    Raises TypeError for a record without a picture.
     """
     if axes is None:
         axes = Figure(figsize=(_WIDER * WIDE[0], _WIDER * WIDE[1]), layout="constrained").subplots()
@@ -169,8 +173,9 @@ def _plan_rows(record: Plan) -> list[dict[str, Any]]:
 
 
 def _cause_rows(record: Account) -> list[dict[str, Any]]:
-    """A row for each size of each cause, the most probable first. Sizes are in the units of their
-    names.
+    """A row for each size of each cause, the most probable first.
+
+    Sizes are in the units of their names.
     """
     named = {effect.name: effect for effect in record.verdict.effects}
     return [

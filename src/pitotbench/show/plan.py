@@ -94,8 +94,9 @@ _AS_LONG = 1.1  # times the minutes of the best: a maneuver within its spread th
 
 
 def plan_columns(plan: Plan) -> list[Column[Forecast]]:
-    """The columns of a plan's forecasts. Those of a wanted bound are shown only where one was asked
-    for.
+    """The columns of a plan's forecasts.
+
+    Those of a wanted bound are shown only where one was asked for.
     """
     want, minutes = plan.want, plan.minutes
 

@@ -39,8 +39,9 @@ _SAID = {  # by kind: what stands before a text on a terminal, and its style
 def print_tree(
     nodes: Iterable[Node], console: "Console", units: Units = BENCH, depth: int = ANSWER
 ) -> None:
-    """Print an answer down to a depth: no pictures and no files. Above all that it rests on,
-    its notices are counted only.
+    """Print an answer down to a depth: no pictures and no files.
+
+    Above all that it rests on, its notices are counted only.
     """
     said = [n for n in nodes_in(nodes, depth) if not isinstance(n, Figure | Code | Download)]
     read = [n for n in said if depth > ANSWER or not isinstance(n, Notice)]
@@ -91,8 +92,9 @@ def plain_of(
 
 
 def html_of(nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS) -> str:
-    """An answer as HTML down to a depth. What lies deeper than the answer is folded away, and so
-    are notices.
+    """An answer as HTML down to a depth.
+
+    What lies deeper than the answer is folded away, and so are notices.
     """
     groups = groupby(
         down_to(nodes, depth),

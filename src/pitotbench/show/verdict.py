@@ -85,8 +85,9 @@ def noticed(features: tuple[Feature, ...]) -> list[Feature]:
 
 
 def kind_words(verdict: Verdict) -> str:
-    """The kind of a verdict in words. A set of which one cause alone is worth telling is a doubted
-    name.
+    """The kind of a verdict in words.
+
+    A set of which one cause alone is worth telling is a doubted name.
     """
     if len(verdict.explained) > 1:
         return f"{len(verdict.explained)} gaps"

@@ -1,6 +1,4 @@
-"""Find aircraft: in the package, in the user's folder, at a path, in JSBSim's
-library.
-"""
+"""Find aircraft: in the package, in the user's folder, at a path, in JSBSim's library."""
 
 from pathlib import Path
 

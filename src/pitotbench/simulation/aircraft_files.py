@@ -86,8 +86,9 @@ def read_record(folder: Path) -> Attached | None:
 
 
 class SimulationError(BadInputError):
-    """The case cannot be flown. The message says what happened, where in the flight, and what
-    JSBSim reported.
+    """The case cannot be flown.
+
+    The message says what happened, where in the flight, and what JSBSim reported.
     """
 
 

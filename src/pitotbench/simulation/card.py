@@ -108,8 +108,9 @@ def _resolve(card: Card, key: str, value: Any) -> tuple[str, Any]:
 
 
 def _checked(key: str, value: Any, present: Any, suffix: str | None) -> Any:
-    """Return the SI value of an override. Raises BadInputError unless it has the shape of the
-    present value.
+    """Return the SI value of an override.
+
+    Raises BadInputError unless it has the shape of the present value.
     """
     if isinstance(present, tuple):
         if isinstance(value, str) or not isinstance(value, Sequence) or not value:

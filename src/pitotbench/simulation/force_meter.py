@@ -180,8 +180,9 @@ class _Servo:
 
     @classmethod
     def probe(cls, plant: Plant, name: str, command: str, position: str) -> "_Servo":
-        """Measure how far the command moves the control. Raises SimulationError where it does not
-        move it.
+        """Measure how far the command moves the control.
+
+        Raises SimulationError where it does not move it.
         """
         read, factor = plant.getter(position)
 

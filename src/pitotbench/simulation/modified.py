@@ -28,8 +28,9 @@ FORM = 0.05  # 1σ of the form of a patched effect, as a share of it
 
 
 def overlay_of(case: Case) -> Overlay:
-    """Return what a case adds to its aircraft and its air by effects. Package `sensing` applies
-    those on sensors.
+    """Return what a case adds to its aircraft and its air by effects.
+
+    Package `sensing` applies those on sensors.
 
     Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters or for an
     aircraft that lacks the part that an effect changes.

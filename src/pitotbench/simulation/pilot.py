@@ -48,8 +48,9 @@ class AutopilotOnly:
         self._plant.set(name, value)
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Let time pass [s]; `deviation(quantity)` is the reading minus the target [SI]. Nothing is
-        corrected.
+        """Let time pass [s]; `deviation(quantity)` is the reading minus the target [SI].
+
+        Nothing is corrected.
         """
 
 
@@ -204,8 +205,9 @@ class Cockpit:
         self._pilot.tick(self.deviation, TICK)
 
     def begin(self, label: str, *judged: str, recorded: bool = True) -> None:
-        """Start a segment. `judged` names quantities held to the card's tolerances: airspeed,
-        heading, altitude.
+        """Start a segment.
+
+        `judged` names quantities held to the card's tolerances: airspeed, heading, altitude.
         """
         self.label, self._judged, self.recorded = label, judged, recorded
 
@@ -229,8 +231,9 @@ class Cockpit:
         self._pilot.command("throttle_mode", AIRSPEED_HOLD)
 
     def hold_airspeed_by_pitch(self, airspeed: float) -> None:
-        """Hold a calibrated airspeed [m/s] by pitch; nothing holds the altitude. The target does
-        not change.
+        """Hold a calibrated airspeed [m/s] by pitch; nothing holds the altitude.
+
+        The target does not change.
         """
         self._pilot.command("airspeed_target", airspeed)
         self._pilot.command("pitch_mode", AIRSPEED_BY_PITCH)
@@ -315,8 +318,9 @@ class Cockpit:
         return min(bank, self.card.bank_limit)
 
     def name(self, kind: str) -> str:
-        """Return the label of a segment: kind, target airspeed, heading. For example `leg 160 kt
-        090°`.
+        """Return the label of a segment: kind, target airspeed, heading.
+
+        For example `leg 160 kt 090°`.
         """
         return (
             f"{kind} {self.targets.airspeed / KNOT:.0f} kt {degrees(self.targets.heading):03.0f}°"
@@ -348,8 +352,9 @@ def wait(seconds: float) -> Ticks:
 
 
 def until(cockpit: Cockpit, reached: Callable[[], bool], limit: float, what: str) -> Ticks:
-    """Fly on until a condition is met. Raises SimulationError, which names it as `what`, after a
-    limit [s].
+    """Fly on until a condition is met.
+
+    Raises SimulationError, which names it as `what`, after a limit [s].
     """
     for _ in range(round(limit / TICK)):
         if reached():
@@ -359,8 +364,9 @@ def until(cockpit: Cockpit, reached: Callable[[], bool], limit: float, what: str
 
 
 def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
-    """Reach an airspeed [m/s] and heading [rad] in level flight. Not recorded: the paper's times
-    exclude set-ups.
+    """Reach an airspeed [m/s] and heading [rad] in level flight.
+
+    Not recorded: the paper's times exclude set-ups.
 
     Raises SimulationError where the aircraft does not get there.
     """

@@ -1,5 +1,6 @@
-"""Load an aircraft in JSBSim, start it in the air of a flight and run it. JSBSim's silent failures
-become errors here.
+"""Load an aircraft in JSBSim, start it in the air of a flight and run it.
+
+JSBSim's silent failures become errors here.
 """
 
 import re
@@ -115,8 +116,9 @@ EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")
 
 
 class Plant:
-    """One aircraft in JSBSim. Load a new plant for each flight: JSBSim's integrators keep their
-    state at a reset.
+    """One aircraft in JSBSim.
+
+    Load a new plant for each flight: JSBSim's integrators keep their state at a reset.
 
     `get` and `set` take a name of the property table, in SI units, or a property path of JSBSim,
     which holds a slash and is in JSBSim's units. `branch` is that of the sizes of the overlay with
@@ -438,8 +440,9 @@ class Plant:
         self.set("airspeed_target", airspeed)
 
     def _start_engines(self) -> None:
-        """Turn the engines with starter and magnetos until both run. Raises SimulationError where
-        they do not.
+        """Turn the engines with starter and magnetos until both run.
+
+        Raises SimulationError where they do not.
         """
         # Setting `set-running` alone is simpler, but fails in a quarter of the heights and speeds.
         # Gear up and mixture rich: the aircraft starts in the air, and JSBSim's defaults are those

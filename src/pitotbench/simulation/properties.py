@@ -17,8 +17,9 @@ HORSEPOWER = 550.0 * POUND_FORCE * FOOT  # W
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """One line of the table. `per_mass` means that the recorded value is divided by the mass of the
-    same sample.
+    """One line of the table.
+
+    `per_mass` means that the recorded value is divided by the mass of the same sample.
     """
 
     name: str

@@ -129,8 +129,9 @@ def card_of(case: Case) -> Card:
 
 
 def scaled_card(aircraft: str, maneuver: str) -> Card:
-    """Return the card of a maneuver for an aircraft. The bench's own aircraft fly the cards as they
-    are written.
+    """Return the card of a maneuver for an aircraft.
+
+    The bench's own aircraft fly the cards as they are written.
     """
     card = MANEUVERS[maneuver].card
     record = read_record(find_aircraft(aircraft))

@@ -57,8 +57,9 @@ class Envelope:
 
 
 def explore(aircraft: FrozenAircraft) -> Envelope:
-    """Return the envelope of an aircraft. Raises SimulationError where it does not fly level at any
-    speed.
+    """Return the envelope of an aircraft.
+
+    Raises SimulationError where it does not fly level at any speed.
     """
     aircraft.set_lever(0.0)
     low, stall = SLOWEST, FASTEST

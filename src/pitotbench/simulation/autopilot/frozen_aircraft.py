@@ -185,8 +185,9 @@ class FrozenAircraft:
         self._write_each("fcs/mixture-cmd-norm", 1.0 if self.rich else BEST_POWER * ratio)
 
     def _turn(self) -> bool:
-        """Return whether all engines run. JSBSim never says so of an electric motor, which needs no
-        start.
+        """Return whether all engines run.
+
+        JSBSim never says so of an electric motor, which needs no start.
         """
         return ELECTRIC in self._kind.kind or all(map(self.read, self._running))
 

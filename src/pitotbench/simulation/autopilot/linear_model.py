@@ -42,8 +42,9 @@ class Linear:
 
 
 def linearize(aircraft: FrozenAircraft, trim: Trim) -> Linear:
-    """Return the linear models at a trim point. The flight control system of the aircraft is part
-    of them.
+    """Return the linear models at a trim point.
+
+    The flight control system of the aircraft is part of them.
     """
     base = State(trim.speed, trim.alpha, elevator=trim.elevator)
     aircraft.place(base)

@@ -94,8 +94,9 @@ GROUPS: dict[str, tuple[str, ...]] = {"all": PAPER_MANEUVERS, "every": tuple(MAN
 
 
 def maneuvers_named(text: str) -> tuple[str, ...]:
-    """Return the names in a list with commas, each once. `all` stands for the paper's five, `every`
-    for all.
+    """Return the names in a list with commas, each once.
+
+    `all` stands for the paper's five, `every` for all.
 
     Raises UnknownNameError for a name that is not in the table, BadInputError for an empty list.
     """

@@ -140,8 +140,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _take_bundles(options: argparse.Namespace) -> bool:
-    """Put the paths of its logs in the place of a folder or of a .zip file that holds several;
-    return whether there is one. A mapping may be of a folder, which is a log then.
+    """Put the paths of its logs in the place of a folder or of a .zip file that holds several.
+
+    Return whether there is one. A mapping may be of a folder, which is a log then.
     """
     from pitotbench.logbook.bundle import logs_given
 
@@ -162,9 +163,10 @@ def _require_one_curve(name: str, curves: int) -> None:
 def _reduced(
     options: argparse.Namespace, bundled: bool
 ) -> "tuple[list[tuple[Path, CalibratedFlight]], OverDates | None]":
-    """Return each flight with the path of its log and its calibration: one curve for each log where
-    asked for, else one for all. Of logs that are `bundled` in a folder, those that have an answer,
-    with the course of the correction over their dates.
+    """Return each flight with the path of its log and its calibration.
+
+    There is one curve for each log where asked for, else one for all. Of logs that are `bundled` in
+    a folder they are those that have an answer, with the course of the correction over their dates.
     """
     from pitotbench.bench.calibration_request import (
         calibrate_request,
@@ -216,8 +218,9 @@ def _reduced(
 
 
 def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float]]:
-    """Return the autopilot of `--params`, empty where none is named, and the old values that it
-    states.
+    """Return the autopilot of `--params` and the old values that it states.
+
+    The name is empty where none is given.
     """
     from pitotbench.logbook.autopilot import stated_parameters
 
@@ -225,8 +228,9 @@ def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
-    """Return the files that the command reads: the logs, the mapping if it is a file, the table of
-    a handbook.
+    """Return the files that the command reads.
+
+    They are the logs, the mapping if it is a file, and the table of a handbook.
     """
     others = (options.mapping, options.handbook)
     return [*options.logs, *(Path(each) for each in others if each)]

@@ -114,8 +114,9 @@ FLAGS = (
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fly the campaign, print its table and the failures; return exit code 0, or 3 where a flight
-    or fit failed.
+    """Fly the campaign, print its table and the failures; return the exit code.
+
+    It is 0, or 3 where a flight or a fit failed.
     """
     from pitotbench.campaigns.campaign import PAGE, run_campaign
     from pitotbench.campaigns.result_table import RESULTS

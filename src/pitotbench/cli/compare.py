@@ -1,5 +1,6 @@
-"""`pitotbench compare`: two calibrations, two logs, or two versions of an airplane's file, side by
-side.
+"""`pitotbench compare`: two of a kind side by side.
+
+They are calibrations, logs, or versions of an airplane's file.
 """
 
 import argparse

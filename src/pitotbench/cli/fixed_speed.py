@@ -1,5 +1,6 @@
-"""`pitotbench fixed-speed`: the leg and turn methods, for logs, for cards written by hand, for legs
-typed.
+"""`pitotbench fixed-speed`: the leg and turn methods.
+
+They are for logs, for cards written by hand, and for legs typed.
 """
 
 import argparse

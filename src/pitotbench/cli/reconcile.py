@@ -1,5 +1,6 @@
-"""`pitotbench reconcile`: judge a measured log, print the verdict, and write the report and the
-patch.
+"""`pitotbench reconcile`: judge a measured log.
+
+Print the verdict, and write the report and the patch.
 """
 
 import argparse
@@ -123,8 +124,9 @@ def run(options: argparse.Namespace) -> int:
 def _maneuvers(
     options: argparse.Namespace, path: Path, log: "FlightLog | None"
 ) -> "Maneuvers | None":
-    """The maneuvers of a file that stand for a log: those of system identification, and with
-    --terms those of a log that states no card.
+    """Return the maneuvers of a file that stand for a log.
+
+    They are those of system identification, and with --terms those of a log that states no card.
     """
     from pitotbench.models.identification import maneuvers_of
     from pitotbench.models.maneuver_model import in_place_of_log

@@ -1,5 +1,6 @@
-"""`pitotbench results`: list, filter, draw and put together the stored results of campaigns,
-and fly one again.
+"""`pitotbench results`: the stored results of campaigns.
+
+List, filter, draw and put them together, and fly one again.
 """
 
 import argparse

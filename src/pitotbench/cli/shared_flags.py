@@ -191,9 +191,7 @@ def stated_numbers(flag: str, text: str, form: str, count: int | None = None) ->
 
 
 def require_known(what: str, name: str, known: Iterable[str]) -> None:
-    """Raise BadInputError, with the known names and the nearest one, for a name that is not among
-    them.
-    """
+    """Raise BadInputError, with the known names and the nearest one, for an unknown name."""
     if name not in (names := list(known)):
         raise BadInputError(explain(what, name, names))
 
@@ -211,9 +209,11 @@ def tell(
     nodes: "Callable[[], Iterable[Node]]",
     title: str = "",
 ) -> None:
-    """Write an answer on standard output: as one JSON document with `--json`, else as its tree, in
-    the units of `--units`; where a command has the flag `-v`, the answer alone or all numbers. With
-    a `title` the tree is also the page of `--report`, where one is asked for.
+    """Write an answer on standard output.
+
+    It is one JSON document with `--json`, else its tree, in the units of `--units`; where a command
+    has the flag `-v`, the answer alone or all numbers. With a `title` the tree is also the page of
+    `--report`, where one is asked for.
     """
     from pitotbench.show.reader_units import reader_units
 
@@ -242,8 +242,9 @@ def tell_each(
     document: "Callable[[T], dict[str, Any]]",
     tree: "Callable[[T], Iterable[Node]]",
 ) -> None:
-    """Write the answers for several files: one JSON document or a list of them, or each below the
-    file's name.
+    """Write the answers for several files.
+
+    They are one JSON document or a list of them, or each stands below the file's name.
     """
     from pitotbench.show.tree import Heading
 
@@ -305,8 +306,9 @@ def write_table(
     doubts: Mapping[str, Sequence[str]],
     made: "Provenance | None" = None,
 ) -> None:
-    """Write the tables of some curves with their doubts, by configuration, where `--table` asks for
-    them. `made` names the airplane and the day.
+    """Write the tables of some curves with their doubts, where `--table` asks for them.
+
+    They are by configuration. `made` names the airplane and the day.
     """
     from pitotbench.records.outputs import file_name
     from pitotbench.show.deliverables import table_text

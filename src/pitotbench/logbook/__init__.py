@@ -1,5 +1,6 @@
-"""Read and write flight logs: CSV, Parquet and .mat, with units as column suffixes; foreign logs by
-a mapping.
+"""Read and write flight logs.
+
+CSV, Parquet and .mat have units as column suffixes; foreign logs are read by a mapping.
 """
 
 from pitotbench.logbook.checks import flights_in as flights_in

@@ -22,8 +22,10 @@ def part_of(
     without: Iterable[str] = (),
     names: tuple[str, str] = ("--from", "--to"),
 ) -> Part:
-    """Return the part of a log that texts state: two moments such as `12:30`, and spans such as
-    `14:00-15:30` to leave out. Raises BadInputError, with the name of the moment, for what is none.
+    """Return the part of a log that texts state.
+
+    They are two moments such as `12:30`, and spans such as `14:00-15:30` to leave out. Raises
+    BadInputError, with the name of the moment, for what is none.
     """
     first, last = (
         None if text in (None, "") else _moment(name, text)
@@ -57,8 +59,9 @@ _HOLDS = "mode_s"  # the mapping of tables that repeat each value until the next
 def log_of(
     table: Table, part: Part = WHOLE, unasked: Sequence[Callable[[Draft], None]] = ()
 ) -> FlightLog:
-    """Return the checked log of a table, or of its `part`, as in `reading.read_log`, without the
-    checks that are not asked. Raises BadInputError where it cannot be used.
+    """Return the checked log of a table or of its `part`, without the checks that are not asked.
+
+    `part` is as in `reading.read_log`. Raises BadInputError where the log cannot be used.
     """
     draft, header = draft_of(table), dict(table.header)
     derive(draft, header)

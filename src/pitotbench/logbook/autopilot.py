@@ -27,9 +27,10 @@ _IN_PROPORTION = 0.1  # of the ratio V²/d: half of one sensor's messages lie cl
 
 @dataclass(frozen=True, slots=True)
 class Autopilot:
-    """An autopilot: what it is called, how the parameters of a sensor begin (empty where each has a
-    name of its own), its two parameters, and the way between ratio R [m²/s² per
-    Pa] and gain.
+    """An autopilot: its name, those of its parameters, and how its ratio becomes its gain.
+
+    The parameters of a sensor begin alike, or each has a name of its own. The ratio R is in m²/s²
+    per Pa.
 
     `pressures` are the columns of a log that hold a pressure [Pa] on which R has not acted: d, or p
     with the name of the offset that is to be subtracted. `switches` are the further settings with their
@@ -146,8 +147,9 @@ def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:
 
 
 def _as_used(table: Table, known: dict[str, float], prefix: str) -> dict[str, float]:
-    """Return the parameters with what ArduPilot's messages say of them: the offset in use, which
-    tube led, and the ratio where it is not known.
+    """Return the parameters with what ArduPilot's messages say of them.
+
+    That is the offset in use, which tube led, and the ratio where it is not known.
     """
     used = dict(known)
     if {"Offset", "RawPress"} <= set(table.names):
@@ -174,8 +176,9 @@ def tube_sign(known: Mapping[str, float], prefix: str) -> float:
 
 
 def stated_parameters(text: str) -> tuple[str, dict[str, float]]:
-    """Return the autopilot of a text such as `px4` or `ardupilot,ARSPD_RATIO=1.99,ARSPD_OFFSET=3`,
-    and old values.
+    """Return the autopilot that a text names, and the old values that it states.
+
+    Such a text is `px4`, or `ardupilot,ARSPD_RATIO=1.99,ARSPD_OFFSET=3`.
 
     Raises BadInputError for an unknown autopilot or a value that is not a number.
     """

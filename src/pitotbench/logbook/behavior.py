@@ -1,5 +1,7 @@
-"""Judge drafted columns by what they do: a ground speed moves the position, a track is its course,
-an outside temperature falls with height.
+"""Judge drafted columns by what they do.
+
+A ground speed moves the position, a track is its course, and an outside temperature falls with
+height.
 """
 
 import re
@@ -33,8 +35,10 @@ _LAPSES = (-15e-3, -1.5e-3)  # K/m: of superadiabatic air at the ground, and und
 
 @dataclass(frozen=True, slots=True)
 class Movement:
-    """What the log says of the flight, (n,) each, NaN where unknown: time [s], velocity toward
-    north and east, climb [m/s], height [m]. `absolute`: the size of the velocity is known.
+    """What the log says of the flight, (n,) each, NaN where unknown.
+
+    Time [s], velocity toward north and east, climb [m/s], height [m]. `absolute`: the size of the
+    velocity is known.
     """
 
     time: Array
@@ -177,8 +181,9 @@ def _agreement(one: Array, other: Array) -> float:
 
 
 def _look_at_warmth(guess: Guess, values: Array, movement: Movement) -> Guess:
-    """Ask for a temperature that does not fall with height, and for one of which neither height nor
-    name tells whose it is: of a box, as most.
+    """Ask for a temperature that does not fall with height.
+
+    Ask also for one of which neither height nor name tells whose it is: most are of a box.
     """
     rows = np.isfinite(values + movement.height)
     height = movement.height[rows]

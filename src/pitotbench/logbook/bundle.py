@@ -1,5 +1,6 @@
-"""Folders and .zip files of logs, such as the card of a display: which logs they hold, and which
-flights these are.
+"""Folders and .zip files of logs, such as the card of a display.
+
+Which logs they hold, and which flights these are.
 """
 
 import lzma
@@ -30,8 +31,10 @@ def is_bundle(path: Path) -> bool:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Path]:
-    """Give the path at which a log can be read: that of an unpacked folder for a .zip file or for a
-    file in one (`card.zip/flight.csv`), else the path itself. What is unpacked is removed again.
+    """Give the path at which a log can be read.
+
+    Of a .zip file, and of a file in one (`card.zip/flight.csv`), that is in an unpacked folder,
+    which is removed again; else it is the path itself.
 
     Raises BadInputError for a .zip file that is broken, locked, or unpacks to more than 2 GB, and
     where the disk does not take it.
@@ -104,8 +107,9 @@ def _leads_out(entry: zipfile.ZipInfo) -> bool:
 
 
 def logs_given(path: Path) -> list[Path]:
-    """Return the paths at which the logs of a folder or of a .zip file are read; of a log, and of a
-    bundle that holds one, its own.
+    """Return the paths at which the logs of a folder or of a .zip file are read.
+
+    A log has its own path, and so has a bundle that holds one log.
 
     Raises as `opened` and `logs_in` do.
     """
@@ -117,8 +121,9 @@ def logs_given(path: Path) -> list[Path]:
 
 
 def logs_in(folder: Path) -> list[Path]:
-    """Return the files of a folder, and of those in it, that may be logs, in the order of their
-    names. Of a log in several files, as one table a topic, it is the first file of its mapping.
+    """Return the files below a folder that may be logs, by their names, one folder deep.
+
+    Of a log in several files, as one table a topic, it is the first file of its mapping.
 
     Raises BadInputError for a folder of more than 500 such files.
     """

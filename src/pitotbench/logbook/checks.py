@@ -40,8 +40,9 @@ STOP = 20.0
 
 
 def flights_in(log: FlightLog) -> list[FlightLog]:
-    """The log cut at every pause of more than five minutes; a list of the log alone where there is
-    none.
+    """Return the log cut at every pause of more than five minutes.
+
+    Where there is none, it is a list of the log alone.
 
     A part of a single row, which is no log, is left out.
     """
@@ -49,8 +50,9 @@ def flights_in(log: FlightLog) -> list[FlightLog]:
 
 
 def flights_between_stops(log: FlightLog) -> list[FlightLog]:
-    """The log cut at every pause and every stop on the ground of at least `STOP`, as in a taxi back
-    to the runway; else as `flights_in`.
+    """Return the log cut at every pause and every stop on the ground of at least `STOP`.
+
+    Such a stop is a taxi back to the runway. Else as `flights_in`.
     """
     after = pauses(log.time)
     slow = np.hypot(log.velocity_north, log.velocity_east) < TAXI
@@ -101,8 +103,9 @@ def airplane_of(log: FlightLog) -> str:
 
 
 def day_of(log: FlightLog) -> str:
-    """Return the day of the first row of a log, such as `2011-08-12`; empty where only the time of
-    the day is known.
+    """Return the day of the first row of a log, such as `2011-08-12`.
+
+    Empty where only the time of the day is known.
     """
     day = str(log.header.get(START, "")).replace("T", " ").partition(" ")[0]
     return day if "-" in day else ""
@@ -112,8 +115,10 @@ _LIGHTEST = 115.0  # kg: 254 lb, the lightest vehicle that 14 CFR 103.1 knows wi
 
 
 def kind_of(log: FlightLog) -> str:
-    """Return the kind of aircraft that a log is of, `drone` or `glider`; empty where nothing shows
-    it. A recorder tells it, the parameters of an autopilot, or a mass that carries nobody.
+    """Return the kind of aircraft that a log is of, `drone` or `glider`.
+
+    A recorder tells it, the parameters of an autopilot, or a mass that carries nobody. Empty where
+    nothing shows it.
     """
     light = log.mass is not None and float(np.max(log.mass)) < _LIGHTEST
     return str(log.header.get(KIND, "drone" if light or PARAMETERS in log.header else ""))
@@ -265,8 +270,10 @@ _FEWEST_NEW = 30  # new values: a sensor that is stuck in most rows has few
 
 
 def keep_new_airspeeds(draft: Draft) -> bool:
-    """Drop the rows that repeat an airspeed which comes at long intervals, as that of Mode S or of
-    a slow bus, while the GPS velocity beside it is of the row. Return whether it is so.
+    """Drop the rows that repeat an airspeed which comes at long intervals.
+
+    Mode S and slow buses give such an airspeed, while the GPS velocity beside it is of the row.
+    Return whether it is so.
     """
     repeated = np.diff(draft.channels["impact_pressure"], prepend=np.nan) == 0.0
     count = int(np.count_nonzero(~repeated))
@@ -283,8 +290,9 @@ def keep_new_airspeeds(draft: Draft) -> bool:
 
 
 def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
-    """Return the rows, (n,), in which the impact pressure stands at the end of its sensor's range
-    and is not stuck.
+    """Return the rows, (n,), in which the impact pressure stands at the end of its range.
+
+    Rows in which it is stuck are none of them.
 
     Where a range ends, the reading comes back by steps as it makes them elsewhere. A stuck sensor
     jumps to what the pressure has become meanwhile. Where no recording shows the way back, the
@@ -304,8 +312,7 @@ def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
 
 
 def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
-    """Return the rows, (n,), in which values stay equal for very long while those of another sensor
-    change.
+    """Return the rows, (n,), in which values stay equal while those of another sensor change.
 
     Short runs of equal values are normal: the fixes of a slow GPS repeat. A reading in steps may
     stand still for a whole leg; then it moves on by a step, where one that was stuck jumps.
@@ -334,8 +341,9 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
 
 
 def _steps_out(draft: Draft, names: list[str]) -> Array:
-    """Return by how much the values move from each row to the next, (n,); NaN where no record shows
-    it.
+    """Return by how much the values move from each row to the next, (n,).
+
+    NaN where no record shows it.
     """
     moves = [np.diff(draft.channels[name], append=np.nan) for name in names]
     steps = np.sqrt(np.sum(np.square(moves), axis=0))
@@ -356,8 +364,7 @@ def _turned(
 
 
 def _shows_steps(values: Array) -> bool:
-    """Return whether a channel returns to few values and moves from each to the next above or below
-    only.
+    """Return whether a channel comes in few values, from each to the next above or below.
 
     So does a coarse display in calm air, and it may stand still for a whole leg.
     """
@@ -389,8 +396,9 @@ _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
 
 
 def drop_blank_start(draft: Draft) -> None:
-    """Drop the rows before the first in which each needed channel has given a number: a unit that
-    starts up.
+    """Drop the rows before a unit has started up.
+
+    They end with the first row in which each needed channel has given a number.
     """
     first = {
         q.name: int(np.argmax(~np.isnan(draft.channels[q.name])))
@@ -411,8 +419,9 @@ def drop_blank_start(draft: Draft) -> None:
 
 
 def check_time(draft: Draft) -> None:
-    """Drop a few rows with a repeated time stamp; of a coarse clock, spread the rows between its
-    stamps.
+    """Drop a few rows with a repeated time stamp, and spread those of a coarse clock.
+
+    The rows of a coarse clock are spread between its stamps.
 
     Raises BadInputError for a clock that stands still, and for time that runs back.
     """
@@ -483,8 +492,9 @@ def _after_restarts(draft: Draft, time: Seconds) -> Seconds:
 
 
 def _spread(time: Seconds, stamp: float) -> Seconds | None:
-    """Return the moments of rows whose clock counts in steps of `stamp` [s], (n,): the mean of
-    their neighbors'.
+    """Return the moments of rows whose clock counts in steps of `stamp` [s], (n,).
+
+    Each is the mean of its neighbors'.
 
     They stay within a step of the clock, but for what a real recorder lets its stamps tremble, and
     increase strictly. None where the clock stands still for so long that it is no coarse clock.
@@ -546,8 +556,9 @@ def _better_clock(draft: Draft, usual: float) -> str:
 
 
 def check_units(draft: Draft) -> None:
-    """Find channels outside their plausible range: in another unit than the column says, or from a
-    dead sensor.
+    """Find channels outside their plausible range.
+
+    They are in another unit than the column says, or from a dead sensor.
 
     Raises BadInputError for an essential channel; any other is ignored with a warning.
     """

@@ -87,8 +87,10 @@ _FEW_TEXTS = 0.05  # share of cells that hold a word in a column of numbers
 
 
 def almost_numbers(column: Column) -> NDArray[np.float64] | None:
-    """Return a column as floats where nearly all of its cells are numbers: NaN for a blank and for
-    a word, which is a slip there. None for any other column, and for one that is blank.
+    """Return a column as floats where nearly all of its cells are numbers, else None.
+
+    NaN stands for a blank and for a word, which is a slip there. A column that is blank gives None
+    as well.
     """
     if column.dtype.kind in "fiu":
         return np.asarray(column, dtype=np.float64)
@@ -118,8 +120,10 @@ _POSITION = re.compile(r"\s*([+-]?\d{1,2}\.\d{3,})[\s,;]+([+-]?\d{1,3}\.\d{3,})\
 
 
 def split_positions(table: Table) -> Table:
-    """Return a table whose columns of positions, `latitude longitude` [°] in one cell, are two
-    columns each, named after the quantity. Cells of anything else are NaN.
+    """Return a table whose columns of positions are two columns each.
+
+    One cell holds `latitude longitude` [°]; the two columns are named after the quantity. Cells of
+    anything else are NaN.
     """
     kept: list[tuple[str, Column, str]] = []
     units = table.units or ("",) * len(table.names)
@@ -190,8 +194,9 @@ _MOST_COLUMNS = 10_000  # an airliner's recorder has some 3,000
 
 
 def require_few_columns(count: int) -> None:
-    """Raise BadInputError for more columns than a recorder writes, before minutes are spent on
-    their names.
+    """Raise BadInputError for more columns than a recorder writes.
+
+    Minutes would be spent on their names.
     """
     if count > _MOST_COLUMNS:
         raise BadInputError(
@@ -231,8 +236,9 @@ _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before r
 
 
 def parse_column(column: str) -> tuple[Channel, str] | None:
-    """Return the quantity and the unit suffix of a column name; None for a name that is not in the
-    table.
+    """Return the quantity and the unit suffix of a column name.
+
+    None for a name that is not in the table.
 
     Raises BadInputError for a quantity of the table whose unit is missing, unknown or of another
     dimension.
@@ -278,8 +284,9 @@ _NUMBERED = re.compile(
 
 
 def numbered(name: str) -> tuple[str, int]:
-    """Return a column's name without the number of its airspeed sensor, and the number; 1 of the
-    first sensor, and of any other column.
+    """Return a column's name without the number of its airspeed sensor, and that number.
+
+    The number is 1 for the first sensor, and for any other column.
     """
     found = _NUMBERED.fullmatch(name)
     return (found[1] + found[3], int(found[2])) if found else (name, 1)
@@ -356,8 +363,9 @@ _SLASHED = re.compile(r"(\d{1,2})[-/.](\d{1,2})[-/.](\d{4}|\d\d)")
 
 
 def is_clock(column: Column) -> bool:
-    """Return whether the first cell of a column that is not empty is a clock time or a date with
-    one.
+    """Return whether the first cell of a column that is not empty is a clock time.
+
+    A date with a clock time counts as well.
     """
     if column.dtype.kind in "mM":
         return True
@@ -374,8 +382,9 @@ def is_clock(column: Column) -> bool:
 
 
 def clock_seconds(name: str, column: Column) -> Seconds:
-    """Return clock times as seconds, (n,): since 1970 with a date, else since midnight of the first
-    day.
+    """Return clock times as seconds, (n,).
+
+    They count from 1970 with a date, else from midnight of the first day.
 
     A clock without a date that falls by more than half a day has passed midnight. Empty cells are
     NaN. Raises BadInputError that names the first row which is no clock time.
@@ -413,8 +422,9 @@ def joined_clock(dates: Column, times: Column) -> Column:
 
 
 def zone_seconds(name: str, column: Column) -> Seconds:
-    """Return the offsets of a local clock from UTC, such as `-05:00`, as seconds, (n,), NaN for a
-    blank cell.
+    """Return the offsets of a local clock from UTC, such as `-05:00`, as seconds, (n,).
+
+    NaN for a blank cell.
 
     Raises BadInputError that names the first row which is none.
     """

@@ -50,8 +50,11 @@ _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is
 
 @dataclass(frozen=True, slots=True)
 class _Form:
-    """How a table is written: the byte at which it begins, the separator, the decimal mark, and how
-    many lines of units or other names stand between the names and the first row."""
+    """How a table is written.
+
+    The byte at which it begins, the separator, the decimal mark, and how many lines of units or
+    other names stand between the names and the first row.
+    """
 
     above: int
     delimiter: str
@@ -105,8 +108,9 @@ def read_text(file: BinaryIO) -> Table:
 
 
 def _utf8(path: Path) -> BinaryIO:
-    """Return the UTF-8 text of a file: that on the disk, or, of a packed file or one in UTF-16,
-    that in memory.
+    """Return the UTF-8 text of a file.
+
+    It is on the disk or, of a packed file and of one in UTF-16, in memory.
     """
     with path.open("rb") as raw:
         begin = raw.read(len(_PACKED))
@@ -138,8 +142,9 @@ def unpacked(path: Path) -> bytes:
 
 
 def _cells(line: bytes, delimiter: str) -> list[str]:
-    """Return the cells of a line; none of one that Arrow may read, or refuse with the number of its
-    row.
+    """Return the cells of a line.
+
+    There are none of a line that Arrow may read, or refuse with the number of its row.
 
     Such a line holds a carriage return that ends none, or a cell of more than 131,072 letters.
     """
@@ -151,8 +156,10 @@ def _cells(line: bytes, delimiter: str) -> list[str]:
 
 
 def _names_line(head: list[bytes]) -> int:
-    """Return the place of the line of names among the first lines of a table: 0, unless the first
-    line is no such line, and one further down is that has as many cells as the rows below it.
+    """Return the place of the line of names among the first lines of a table.
+
+    It is 0, unless the first line is no such line and one further down has as many cells as the
+    rows below it.
 
     A line of names holds no number, and hardly a text twice.
     """
@@ -192,8 +199,9 @@ def _decimal(row: list[str], delimiter: str) -> str:
 
 
 def _require_text(file: BinaryIO) -> None:
-    """Raise BadInputError, with the line, for a file that is not UTF-8 text: Arrow would print a
-    traceback.
+    """Raise BadInputError, with the line, for a file that is not UTF-8 text.
+
+    Arrow would print a traceback.
     """
     number = 1
     while block := file.read(BLOCK) + (rest := file.readline(BLOCK)):  # whole lines
@@ -212,9 +220,7 @@ def _require_text(file: BinaryIO) -> None:
 
 
 def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
-    """Return the position at which the table begins, the comment lines above it and the line of
-    column names.
-    """
+    """Return where a table begins, the comment lines above it, and the line of column names."""
     comments: list[str] = []
     # Spreadsheets begin a UTF-8 file with a byte-order mark of three bytes.
     position = 3 if file.read(3) == b"\xef\xbb\xbf" else 0
@@ -332,8 +338,10 @@ def _check_ragged(ragged: list[Any], rows: int, between: int) -> list[str]:
 
 
 def to_columns(table: "pa.Table") -> tuple[tuple[str, ...], tuple[Column, ...]]:
-    """Return the names and the columns of an Arrow table as arrays: floats with NaN for empty
-    cells, booleans, or objects. Each leaves the table as it comes, so that a long log is in memory once.
+    """Return the names and the columns of an Arrow table as arrays.
+
+    They are floats with NaN for empty cells, booleans, or objects. Each leaves the table as it
+    comes, so that a long log is in memory once.
     """
     import pyarrow as pa
 

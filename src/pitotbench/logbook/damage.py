@@ -20,8 +20,9 @@ _DENSEST = 100  # values a byte, of which a recorder's file holds less than ten
 
 
 def require_unpackable(values: float, path: Path, kind: str = "numbers") -> None:
-    """Raise BadInputError for a file that unpacks to far more values than a recorder writes into so
-    many bytes.
+    """Raise BadInputError for a file that unpacks to far more values than a recorder writes.
+
+    The limit grows with the bytes of the file.
     """
     size = path.stat().st_size
     most = max(_MANY, _DENSEST * size)
@@ -45,8 +46,9 @@ def complete(kind: str, broken: type[Exception] | tuple[type[Exception], ...]) -
 
 @contextmanager
 def heard(said: list[str]) -> Iterator[None]:
-    """Keep the lines that a library prints of what it skips; its compiled part writes to the
-    descriptor itself.
+    """Keep the lines that a library prints of what it skips.
+
+    Its compiled part writes to the descriptor itself.
     """
     with TemporaryFile() as file, redirect_stdout(StringIO()) as printed, redirect_stderr(printed):
         own = os.dup(2)
@@ -63,9 +65,7 @@ def heard(said: list[str]) -> Iterator[None]:
 
 
 def damage(library: str, lines: list[str], broken: bool) -> tuple[str, ...]:
-    """Return warnings of what a library printed of damage, and of a log whose last message breaks
-    off.
-    """
+    """Return warnings of what a library printed of damage, and of a last message cut off."""
     more = f" and {len(lines) - 1:,} more remarks" if len(lines) > 1 else ""
     sentences = (
         [f"the file is damaged, rows may be missing ({library}: {lines[0]}{more})"] if lines else []

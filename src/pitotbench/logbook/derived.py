@@ -1,5 +1,6 @@
-"""Channels computed from what a display shows: pressures from airspeed and altitude, velocity from
-speed and track.
+"""Channels computed from what a display shows.
+
+Pressures come from airspeed and altitude, velocity from speed and track.
 
 A display shows steps. Within a step nobody knows the value, so that half a step and less stays as a
 constant error of each reading. The header's table `display` holds the steps, from which the
@@ -58,8 +59,9 @@ _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
 
 
 def derive(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the channels of a log that the file holds in another form; `header` gets the accuracies
-    of the display.
+    """Form the channels of a log that the file holds in another form.
+
+    `header` gets the accuracies of the display.
 
     A channel that the file holds itself is used as it is.
     """
@@ -78,8 +80,10 @@ def derive(draft: Draft, header: dict[str, Any]) -> None:
 
 
 def _units_by(draft: Draft, header: dict[str, Any]) -> None:
-    """Note what fixes the units of air data and velocity, in the header where it is not the usual
-    of a log, a pressure and a named velocity. The reader's word is there before, none for `named`.
+    """Note what fixes the units of air data and velocity in the header.
+
+    The usual of a log, a pressure and a named velocity, is not noted. The reader's word is there
+    before, none for `named`.
     """
     by = header.pop(UNITS_BY, NAMED)
     if isinstance(by, str):  # else the file is a log that was read before, which states it
@@ -91,8 +95,9 @@ def _units_by(draft: Draft, header: dict[str, Any]) -> None:
 
 
 def _time(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the seconds of the log from its clock, local or not; a zone that is left in flight sets
-    no clock back.
+    """Form the seconds of the log from its clock, local or not.
+
+    A zone that is left in flight sets no clock back.
 
     A clock of the day, or one that counts from 1970, counts from the first row; `header` gets the
     moment of that.
@@ -136,8 +141,9 @@ def _counts_from_1970(seconds: Seconds) -> bool:
 
 
 def _temperature(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the air's temperature from the true airspeed and the Mach number of one computer, where
-    the log holds no temperature: their ratio is the speed of sound.
+    """Form the air's temperature from true airspeed and Mach number where the log holds none.
+
+    Both are of one computer, and their ratio is the speed of sound.
 
     Both come in steps, and at moments of their own. Their temperature is that of the standard day
     and a departure, which is linear in height where the log climbs. Without a Mach number a
@@ -187,8 +193,9 @@ _AIRSPEEDS = ("indicated_airspeed", "calibrated_airspeed", "mach", "true_airspee
 
 
 def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the impact pressure from an airspeed; a Mach number and a true airspeed need the static
-    pressure.
+    """Form the impact pressure from an airspeed.
+
+    A Mach number and a true airspeed need the static pressure.
     """
     given = {
         name: values
@@ -216,9 +223,10 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
 
 
 def _impact_pressure(draft: Draft, source: str, shown: Array) -> Array | None:
-    """Return the impact pressure of an airspeed or a Mach number, (n,); None where the log lacks
-    what it needs. A true airspeed without a temperature is that of a standard day, which the
-    calibration assumes as well.
+    """Return the impact pressure of an airspeed or a Mach number, (n,).
+
+    None where the log lacks what it needs. A true airspeed without a temperature is that of a
+    standard day, which the calibration assumes as well.
     """
     static, cold, total = (
         draft.channels.get(n) for n in ("static_pressure", "air_temperature", "total_temperature")
@@ -243,9 +251,11 @@ _FIELD_SPREAD = 600.0  # m: its 2σ
 
 
 def _altitude(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the static pressure from the pressure altitude, or from an altitude and the setting of
-    the altimeter. Without the setting, and from a height above the place of take-off, the pressure
-    is a standard day's, and `header` gets what is unknown of it.
+    """Form the static pressure from a height.
+
+    That is the pressure altitude, or an altitude with the setting of the altimeter. Without the
+    setting, and from a height above the place of take-off, the pressure is a standard day's, and
+    `header` gets what is unknown of it.
     """
     pressure_altitude, indicated, above = (
         draft.channels.pop(name, None)
@@ -362,9 +372,7 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
 
 
 def _area(draft: Draft, speed: Array, track: Array) -> float:
-    """Return the area of the velocity [m²/s²] that the steps of ground speed and track leave
-    unknown.
-    """
+    """Return the area of the velocity [m²/s²] that the steps of speed and track leave open."""
     suffix = draft.suffixes.get("track", draft.suffixes.get("magnetic_track", ""))
     across = float(np.nanmedian(speed)) * display_step(track, suffix)
     return display_step(speed, draft.suffixes["ground_speed"]) * across
@@ -373,8 +381,9 @@ def _area(draft: Draft, speed: Array, track: Array) -> float:
 def _show_velocity(
     draft: Draft, header: dict[str, Any], step: float, first: Array, second: Array
 ) -> None:
-    """Note that the velocity comes from a display in steps [m/s], of which two numbers tell when it
-    was renewed.
+    """Note that the velocity comes from a display in steps [m/s].
+
+    Two numbers of it tell when it was renewed.
     """
     draft.displayed.add("velocity_north")
     if "gps_fresh" not in draft.channels:
@@ -459,9 +468,10 @@ def _velocity_from_position(
 def _along_arcs(
     draft: Draft, rows: NDArray[np.intp], chords: Array, apart: Seconds
 ) -> tuple[Array, Array]:
-    """Return the velocities (2, k) [m/s] at the fixes in `rows` (k,), along the arcs of which
-    `chords` (2, k − r) [m/s] lead from each fix over the time `apart` [s] to the r-th after it, and
-    speed and heading through the air, (2, k) [m/s, rad].
+    """Return the velocities along arcs, and speed and heading through the air, (2, k) each.
+
+    The velocities [m/s] are at the fixes in `rows` (k,); `chords` (2, k − r) [m/s] lead from each
+    fix over the time `apart` [s] to the r-th after it. Speed and heading are in m/s and rad.
 
     A chord is shorter than its arc by sin(θ/2)/(θ/2), with θ the turn *through the air* in the
     time between: over the ground a wind makes the same circle tight here and wide there. A fix has
@@ -493,8 +503,9 @@ def _wind_at(draft: Draft, rows: NDArray[np.intp], velocity: Array) -> Array:
 
 
 def _at_fixes(between: Array, reach: int) -> Array:
-    """The mean of what is between fixes (m, k − r), before and after each fix, (m, k); at either
-    end that of the one side.
+    """Return the mean of what is between fixes (m, k − r), before and after each fix, (m, k).
+
+    At either end it is that of the one side.
     """
     after = np.pad(between, ((0, 0), (0, reach)), "edge")
     before = np.pad(between, ((0, 0), (reach, 0)), "edge")
@@ -502,8 +513,9 @@ def _at_fixes(between: Array, reach: int) -> Array:
 
 
 def _noise(velocity: Array, spacing: int) -> float:
-    """Return the 1σ of a velocity's noise by third differences of values `spacing` rows from one
-    another, which share no fix.
+    """Return the 1σ of a velocity's noise, by third differences.
+
+    They are of values `spacing` rows from one another, which share no fix.
     """
     third = (
         velocity[3 * spacing :]
@@ -516,8 +528,9 @@ def _noise(velocity: Array, spacing: int) -> float:
 
 
 def _renewed(speed: Array, track: Array) -> Booleans:
-    """Return the rows in which a display was renewed, (n,): on steady legs it shows the same
-    numbers again.
+    """Return the rows in which a display was renewed, (n,).
+
+    On steady legs it shows the same numbers again.
 
     The shortest time between two changes is that between two fixes.
     """
@@ -603,8 +616,9 @@ def _variation(draft: Draft, name: str, consequence: str) -> Array:
 
 
 def display_step(values: Array, suffix: str) -> float:
-    """Return the step of a display [SI] whose numbers (n,), in the unit of `suffix`, are whole
-    multiples of it.
+    """Return the step of a display [SI], of which its numbers (n,) are whole multiples.
+
+    The numbers are those in the unit of `suffix`.
 
     0 where no step is seen, or where it is finer than a thousandth of the values.
     """

@@ -1,5 +1,6 @@
-"""A log while it is read: channels in SI, the columns they came from, the rows kept so far, the
-warnings.
+"""A log while it is read.
+
+Channels in SI, the columns they came from, the rows kept so far, and the warnings.
 """
 
 from collections import Counter
@@ -48,8 +49,9 @@ class MissingColumnsError(BadInputError):
 
 @dataclass(slots=True)
 class Draft:
-    """Channels by quantity [SI], (n,) each, with the column and unit suffix of each, row numbers
-    and warnings.
+    """Channels by quantity [SI], (n,) each, with their columns, units, rows and warnings.
+
+    `columns` and `suffixes` hold the column and the unit of each.
 
     `rows` holds the numbers, from 1, that the kept rows have in the file. `strangers` are columns
     that are no quantities, and `displayed` the channels that come from a display, in steps.
@@ -98,8 +100,9 @@ class Draft:
     def keep_part(
         self, begin: float | None, end: float | None, *without: tuple[float, float]
     ) -> None:
-        """Keep the rows from `begin` to `end` [s] after the first one, None for the log's own end,
-        but not those inside the spans of `without`.
+        """Keep the rows from `begin` to `end` [s] after the first one, but those of `without`.
+
+        None is the log's own begin or end; `without` are spans that are left out.
 
         Raises BadInputError where the log holds no such part.
         """
@@ -241,8 +244,9 @@ _BEGIN = tuple(f"{each.name}_" for each in QUANTITIES.values() if each.essential
 
 
 def has_our_names(table: Table) -> bool:
-    """Return whether the names of a table are those of a flight log: several of the quantities that
-    it needs are among them, with a unit.
+    """Return whether the names of a table are those of a flight log.
+
+    Several of the quantities that a log needs are then among them, with a unit.
     """
     return len(names_of_ours(table)) >= _FEWEST_OURS
 
@@ -274,8 +278,9 @@ _ODD = 0.05  # share of the intervals that may be longer or shorter: a failure n
 
 
 def hold_fixes(draft: Draft) -> None:
-    """Repeat the velocity where it is blank at regular intervals, and mark the rows that hold a
-    fix.
+    """Repeat the velocity where it is blank at regular intervals, and mark the fixes.
+
+    The rows that hold a fix are marked.
 
     Rows before the first fix are dropped. Irregular blanks stay; the check for numbers handles
     them.
@@ -302,8 +307,9 @@ def hold_fixes(draft: Draft) -> None:
 
 
 def _regular(steps: NDArray[np.intp]) -> bool:
-    """Return whether fixes come every two rows or more, at intervals few of which differ much from
-    the median.
+    """Return whether fixes come every two rows or more, at nearly equal intervals.
+
+    Few of the intervals may differ much from the median.
     """
     if len(steps) < 2:
         return False
@@ -318,8 +324,9 @@ _MOST = 0.5  # share of rows that may be skipped: of less than half a log nobody
 
 
 def check_numbers(draft: Draft) -> None:
-    """Skip the rows where a needed channel is not a number; leave out other channels that often are
-    not.
+    """Skip the rows where a needed channel is not a number.
+
+    Leave out other channels that often are not.
 
     Raises BadInputError where more than half of the rows would be skipped, or where the clock often
     stands blank.

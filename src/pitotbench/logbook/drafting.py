@@ -113,8 +113,9 @@ def _date(name: str) -> list[Guess]:
 
 
 def _evenness(time: Array) -> float:
-    """Return what a clock gains or loses in score: one that never repeats and never runs back is
-    the log's.
+    """Return what a clock gains or loses in score.
+
+    One that never repeats and never runs back is the log's.
     """
     steps = np.diff(time[np.isfinite(time)])
     if not len(steps) or np.any(steps < 0.0) or not np.any(steps > 0.0):
@@ -124,8 +125,9 @@ def _evenness(time: Array) -> float:
 
 
 def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> list[Guess]:
-    """Return the guesses for words of a name with a unit, each with the units in which the values
-    are plausible.
+    """Return the guesses for words of a name with a unit.
+
+    Each has the units in which the values are plausible.
     """
     found: list[Guess] = []
     if _NOT_MEASURED & set(words) or list(words) == ["rate"] or _OTHER_UNITS.search(name):
@@ -150,8 +152,9 @@ def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> li
 def _with_units(
     name: str, quantity: Channel, score: float, sign: float, written: str, values: Array
 ) -> list[Guess]:
-    """Return the guess with the units in which the values are plausible; none where there is no
-    such unit.
+    """Return the guess with the units in which the values are plausible.
+
+    There is none where no unit is.
     """
     if written in SCALED and SCALED[written][0] in quantity.suffixes:
         suffix, factor = SCALED[written]
@@ -304,8 +307,9 @@ _PAIRS: tuple[tuple[str, tuple[str, ...], Callable[[Array], Array]], ...] = (
 
 
 def agreed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
-    """Return the guesses, with the units of pressures that agree with a display; a pressure that
-    agrees in no unit is left out, because a raw or a smoothed count looks like one.
+    """Return the guesses, with the units of pressures that agree with a display.
+
+    A pressure that agrees in no unit is left out, because a raw or a smoothed count looks like one.
 
     An airspeed and an impact pressure, or a height and a static pressure, say the same in two ways.
     Where both are there, the one that needs no unit by guess tells the unit of the other.
@@ -391,9 +395,12 @@ class DraftedLine:
 
 @dataclass(frozen=True, slots=True)
 class DraftedMapping:
-    """The lines of a drafted mapping, the needed quantities for which no column was found, the
-    columns that are left over, and what the reader says of the log with it: empty, or a refusal.
-    `ranges` says of each column that is left over what it holds: its range and its step."""
+    """The lines of a drafted mapping, and what it lacks.
+
+    `missing` are the needed quantities for which no column was found, and `unused` the columns that
+    are left over, with what each holds, its range and its step, in `ranges`. `refusal` is what the
+    reader says of the log with it: empty, or a refusal.
+    """
 
     lines: tuple[DraftedLine, ...]
     missing: tuple[str, ...]
@@ -408,8 +415,9 @@ class DraftedMapping:
 
     @property
     def unusable(self) -> bool:
-        """Whether the mapping cannot work as it is: it lacks something essential, or the log is
-        refused with it.
+        """Whether the mapping cannot work as it is.
+
+        It lacks something essential, or the log is refused with it.
         """
         return bool(self.missing or self.refusal)
 
@@ -464,8 +472,10 @@ def draft_mapping(table: Table) -> DraftedMapping:
 
 
 def read_by_draft(table: Table, drafted: DraftedMapping) -> Table | None:
-    """Return a table under our names by the draft of its columns, with a remark that says how each
-    was read; what raises a question is left out. None where something that a log needs is not sure.
+    """Return a table under our names by the draft of its columns.
+
+    A remark says how each was read; what raises a question is left out. None where something that a
+    log needs is not sure.
     """
     sure = [line.guess for line in drafted.lines if not line.question]
     if drafted.unusable or _missing(table, sure):
@@ -501,8 +511,9 @@ _UNIT_LENGTH = 0.01  # by which the sum of the squares of a quaternion differs f
 
 
 def _quaternions(table: Table) -> dict[str, str]:
-    """Return the columns that are the four parts of a quaternion, with our names: of one name with
-    four numbers or letters, their squares add up to one.
+    """Return the columns that are the four parts of a quaternion, with our names.
+
+    They have one name with four numbers or letters, and their squares add up to one.
     """
     stems: dict[str, dict[int, str]] = {}
     for name in table.names:
@@ -552,8 +563,9 @@ def _without_superseded(table: Table, chosen: list[Guess]) -> list[Guess]:
 
 
 def _with_a_height(table: Table, chosen: list[Guess]) -> list[Guess]:
-    """Return the guesses with a height for the static pressure where there is none: the altitude,
-    whose reference is then as good as unknown.
+    """Return the guesses with a height for the static pressure where there is none.
+
+    It is the altitude, whose reference is then as good as unknown.
     """
     lifted = [
         replace(g, quantity="indicated_altitude") if g.quantity == "altitude" else g for g in chosen
@@ -570,8 +582,9 @@ def _missing(table: Table, chosen: Sequence[Guess]) -> tuple[str, ...]:
 
 
 def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
-    """Return the guesses with the units that bring the log together best, and why the log is
-    refused with them.
+    """Return the guesses with the units that bring the log together best, and its refusal.
+
+    The refusal is empty where the log is read with them.
     """
     step = max(1, len(table) // _ROWS)
     sample = replace(table, columns=tuple(column[::step] for column in table.columns), warnings=())
@@ -597,8 +610,9 @@ def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
 
 
 def _like_the_airspeed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
-    """Return the guesses with the units of a ground speed in the order in which they come near the
-    airspeed, whose unit is known.
+    """Return the guesses with the units of a ground speed ordered by the airspeed.
+
+    The first brings it nearest to the airspeed, whose unit is known.
     """
     known = [g for g in chosen if g.quantity.endswith("_airspeed") and len(g.units) == 1]
     if not known:
@@ -621,8 +635,10 @@ _TIED = {"velocity_east": "velocity_north", "longitude": "latitude"}
 
 
 def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
-    """Yield the guesses with each choice of units, the usual ones first; both horizontal velocities
-    have one unit, and so have latitude and longitude."""
+    """Yield the guesses with each choice of units, the usual ones first.
+
+    Both horizontal velocities have one unit, and so have latitude and longitude.
+    """
     open_units = {
         g.quantity: g.units for g in chosen if len(g.units) > 1 and g.quantity not in _TIED
     }
@@ -638,8 +654,9 @@ def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
 
 
 def _trusted(table: Table, chosen: list[Guess]) -> list[Guess]:
-    """Return the guesses by which the units of the others are judged: what raises a question itself
-    is none, where the log can be read without it.
+    """Return the guesses by which the units of the others are judged.
+
+    What raises a question itself is none, where the log can be read without it.
     """
     trusted = [guess for guess in chosen if not guess.doubt]
     return chosen if _missing(table, trusted) else trusted

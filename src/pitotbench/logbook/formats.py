@@ -120,8 +120,9 @@ class TopicReader:
     def read(
         self, path: Path, files: Sequence[MappedFile]
     ) -> tuple[list[Table | None], dict[str, Any]]:
-        """Return the table of each file of a mapping, None for an optional one that is absent, and
-        the parameters of the log.
+        """Return the table of each file of a mapping, and the parameters of the log.
+
+        None for an optional file that is absent.
 
         Raises BadInputError for a missing topic, with those that are there.
         """

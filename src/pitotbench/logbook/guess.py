@@ -8,10 +8,12 @@ from pitotbench.units import Array, to_si
 
 @dataclass(frozen=True, slots=True)
 class Guess:
-    """What a column may be: our quantity, the units that are possible (the likeliest first), and
-    how well the name fits, 0 to 1. `stated` says that the unit is written in the file, or that the
-    values prove it. `factor` turns the number into the unit's. `doubt` is a question that the
-    values raise."""
+    """What a column may be.
+
+    Our quantity, the units that are possible (the likeliest first), and how well the name fits, 0
+    to 1. `stated` says that the unit is written in the file, or that the values prove it. `factor`
+    turns the number into the unit's. `doubt` is a question that the values raise.
+    """
 
     theirs: str
     quantity: str

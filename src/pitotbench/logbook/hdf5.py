@@ -24,8 +24,9 @@ def is_hdf5(path: Path) -> bool:
 
 
 def load_hdf5(path: Path) -> dict[str, Any]:
-    """Return the variables of a file by name: arrays as MATLAB shows them, texts, and structs as
-    dictionaries.
+    """Return the variables of a file by name.
+
+    Arrays are as MATLAB shows them; there are texts, and structs as dictionaries.
 
     Raises BadInputError where h5py is not installed or the file is broken.
     """

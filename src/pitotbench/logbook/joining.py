@@ -1,5 +1,6 @@
-"""Read a foreign log through its mapping: find its files, rename their columns, bring them onto one
-time base.
+"""Read a foreign log through its mapping.
+
+Find its files, rename their columns, and bring them onto one time base.
 """
 
 from collections.abc import Callable, Sequence
@@ -86,8 +87,9 @@ _INSTANCE = "I"  # the field of a DataFlash message that numbers the sensors of 
 
 
 def _sensors(table: Table) -> dict[int, Table]:
-    """Return the rows of each sensor of a table of DataFlash messages by number from 1; the whole
-    table as the first for another.
+    """Return the rows of each sensor of a table of DataFlash messages, by number from 1.
+
+    Any other table is the first, whole.
     """
     if not {"TimeUS", _INSTANCE} <= set(table.names):
         return {1: table}
@@ -113,8 +115,9 @@ def _airspeed_sensors(
 
 
 def _parameters_of_table(file: Path, pattern: str, read_table: ReadTable) -> dict[str, Any]:
-    """Return the parameters of the table `*PARM.csv` beside the first file of a log, by name; none
-    where there is none.
+    """Return the parameters of the table `*PARM.csv` beside the first file of a log, by name.
+
+    Empty where there is no such table.
     """
     parameter_file = file.with_name(f"{file.name.removesuffix(pattern.rpartition('*')[2])}PARM.csv")
     if not parameter_file.is_file():
@@ -125,8 +128,9 @@ def _parameters_of_table(file: Path, pattern: str, read_table: ReadTable) -> dic
 
 
 def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
-    """Return the files of a log, given its folder or its first file; None for an optional one that
-    is not there.
+    """Return the files of a log, given its folder or its first file.
+
+    None for an optional one that is not there.
 
     Raises BadInputError where a needed one is missing.
     """
@@ -166,8 +170,9 @@ def _only_match(folder: Path, pattern: str) -> Path:
 
 
 def rename(table: Table, entry: MappedFile) -> Table:
-    """Return the mapped columns under our names; of several columns for one quantity, the first
-    that is there.
+    """Return the mapped columns under our names.
+
+    Of several columns for one quantity it is the first that is there.
 
     A missing column gives a warning where it is neither essential nor optional. Raises
     BadInputError where an essential column is missing or the mapping names an unknown quantity.
@@ -274,8 +279,9 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
 
 
 def _fixes(time: Array, clock: Array) -> tuple[Booleans, NDArray[np.intp]]:
-    """Return the rows at `time`, (n,), that are nearest to a fix of a receiver at `clock`, and the
-    last such row for each row, (n,).
+    """Return the rows at `time`, (n,), that hold a fix, and the last such row for each row, (n,).
+
+    They are the rows that are nearest to a fix of a receiver at `clock`.
     """
     rows, fresh = np.arange(len(time)), np.zeros(len(time), dtype=np.bool_)
     fresh[_nearest(clock, time)] = True
@@ -315,8 +321,9 @@ def _time(table: Table) -> Array:
 
 
 def _at(time: Array, clock: Array, name: str, column: Column, join: str) -> Column:
-    """Return a column, sampled at `clock`, at other times: interpolated, or the last or nearest
-    value.
+    """Return a column, sampled at `clock`, at other times.
+
+    It is interpolated, or the last or the nearest value.
     """
     if join == "linear" and column.dtype.kind == "f":
         parsed = parse_column(name)

@@ -33,8 +33,9 @@ class Renamed:
 
 @dataclass(frozen=True, slots=True)
 class MappedFile:
-    """One file of a log: its name patterns, how it is brought onto the time base (see `JOINS`), its
-    columns.
+    """One file of a log.
+
+    Its name patterns, how it is brought onto the time base (see `JOINS`), and its columns.
 
     The first pattern for which there is a file counts. An `optional` file may be absent. `another`
     airspeed sensor stands in the place of the first file where it is asked for.

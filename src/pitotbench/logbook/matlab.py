@@ -1,5 +1,7 @@
-"""Read and write MATLAB files: one variable a column (or one struct, or one matrix of them), the
-header as text. Files of version 7.3 are HDF5. Written are files of version 5.
+"""Read and write MATLAB files.
+
+One variable is a column, or one struct or one matrix holds them; the header is text. Files of
+version 7.3 are HDF5. Written are files of version 5.
 """
 
 import pickle
@@ -91,8 +93,10 @@ def read_mat(path: Path) -> Table:
 def _of_the_clock(
     vectors: dict[str, tuple[Column, str]],
 ) -> tuple[dict[str, tuple[Column, str]], list[str]]:
-    """Return the vectors of the most frequent length and a remark that names the others: what
-    another box recorded at a rate of its own. Raises BadInputError where none of them is a time.
+    """Return the vectors of the most frequent length, and a remark that names the others.
+
+    Another box recorded these at a rate of its own. Raises BadInputError where none of them is a
+    time.
     """
     names: dict[int, list[str]] = {}
     for name, (column, _) in vectors.items():
@@ -114,8 +118,10 @@ def _of_the_clock(
 def _on_one_clock(
     vectors: dict[str, tuple[Column, str]], variables: Mapping[str, Any]
 ) -> dict[str, tuple[Column, str]]:
-    """Return channels of several rates at the middle one of these, with their time: each with the
-    last sample before it. Channels without a rate are left out; all stay where none states it.
+    """Return channels of several rates at the middle one of these, with their time.
+
+    Each has the last sample before it. Channels without a rate are left out; all stay where none
+    states it.
     """
     structs = {name: value for name, value in variables.items() if isinstance(value, dict)}
     rates = {
@@ -172,8 +178,9 @@ def _require_unpackable(path: Path) -> None:
 
 
 def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
-    """Return the columns of a variable with their units: one of a vector or channel, several of a
-    matrix.
+    """Return the columns of a variable with their units.
+
+    A vector or a channel is one, a matrix several.
     """
     if isinstance(value, dict):
         stated = {key.lower(): found for key, found in value.items()}
@@ -189,8 +196,9 @@ def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
 
 
 def _is_mixed(value: object) -> bool:
-    """Return whether a variable is no array of numbers or texts: none, a cell array of others, an
-    object.
+    """Return whether a variable is no array of numbers or texts.
+
+    It is none, a cell array of others, or an object.
     """
     if isinstance(value, np.ndarray) and value.dtype.kind != "O":
         return value.dtype.kind not in "fiubUS"

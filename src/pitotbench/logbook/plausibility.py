@@ -42,8 +42,9 @@ _SMALL_ZERO = 30.0  # Pa: a smaller one is not what makes the speeds differ
 
 @dataclass(frozen=True, slots=True)
 class FlownRows:
-    """The rows in flight with a new fix, (n,) each, from which the factor is found; `rows` count in
-    the draft.
+    """The rows in flight with a new fix, (n,) each, from which the factor is found.
+
+    `rows` counts in the draft.
     """
 
     rows: NDArray[np.intp]
@@ -81,8 +82,9 @@ class Factor:
 
 
 def flown_rows(draft: Draft) -> FlownRows | None:
-    """The rows to compare; None where too few are in flight and below the end of the sensor's
-    range.
+    """Return the rows to compare.
+
+    None where too few are in flight and below the end of the sensor's range.
     """
     c = draft.channels
     north, east, impact = c["velocity_north"], c["velocity_east"], c["impact_pressure"]
@@ -102,8 +104,9 @@ def flown_rows(draft: Draft) -> FlownRows | None:
 
 
 def find_factor(flown: FlownRows) -> Factor:
-    """Return the factor by which the reading follows the speed, with a zero, a change at half time
-    and a wind.
+    """Return the factor by which the reading follows the speed.
+
+    A zero, a change at half time and a wind are found with it.
 
     Over all headings a wind cannot look like a factor. On one heading it can: then the standard
     error of the factor, with the wind's usual size as knowledge, is large, and nothing is said.
@@ -209,9 +212,10 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
 
 
 def _fits(draft: Draft, flown: FlownRows, factor: Factor, speeds: tuple[float, float]) -> list[str]:
-    """The mistakes of unit that fit, with the columns to write; none where a recorder's format
-    prescribes the units. One of the velocity is tried with a
-    new fit of the wind where it brings the ground speed near the airspeed, `speeds` [m/s] of air
+    """Return the mistakes of unit that fit, with the columns to write.
+
+    There are none where a recorder's format prescribes the units. One of the velocity is tried with
+    a new fit of the wind where it brings the ground speed near the airspeed, `speeds` [m/s] of air
     data and GPS; one of the impact pressure leaves the wind as it is.
     """
     if draft.units_by["velocity"] == FORMAT:
@@ -257,8 +261,10 @@ def _other_guesses(draft: Draft, factor: Factor, impact_pressure: Array, gained:
 
 
 def _offset(factor: Factor, impact_pressure: Array) -> float:
-    """The zero offset that would explain the difference [Pa], by the impact pressures of `excess`,
-    (3,); 0 where a gauge has none so large, and where a factor explains it and a zero does not.
+    """Return the zero offset that would explain the difference [Pa].
+
+    It is found by the impact pressures of `excess`, (3,). It is 0 where a gauge has none so large,
+    and where a factor explains the difference and a zero does not.
     """
     usual = float(impact_pressure[1])
     if abs(factor.zero) > _ZERO_LEADS * abs(factor.scale - 1.0) * usual:
@@ -280,8 +286,11 @@ _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """Velocity against heading: the angle from one to the other [deg], its standard error [deg],
-    and the rms of what does not fit, over the airspeed."""
+    """Velocity against heading.
+
+    The angle from one to the other [deg], its standard error [deg], and the rms of what does not
+    fit, over the airspeed.
+    """
 
     angle: float
     spread: float
@@ -289,8 +298,9 @@ class Alignment:
 
 
 def check_heading(draft: Draft, flown: FlownRows, factor: Factor) -> None:
-    """Warn where the velocity does not follow the heading; leave out a heading that stands still in
-    turns.
+    """Warn where the velocity does not follow the heading.
+
+    Leave out a heading that stands still in turns.
     """
     heading = draft.channels.get("heading")
     if heading is None:
@@ -386,8 +396,9 @@ def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) ->
 
 
 def _is_reckoned(flown: FlownRows, factor: Factor) -> bool:
-    """Whether the velocity is made of airspeed and heading: a receiver does not know the noise of
-    the air data.
+    """Return whether the velocity is made of airspeed and heading.
+
+    A receiver does not know the noise of the air data.
     """
     airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     through = np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])
@@ -414,8 +425,9 @@ _SPAN = 4.0
 
 
 def check_attitude(draft: Draft, flown: FlownRows, factor: Factor) -> None:
-    """Leave out a roll or pitch in another unit than its column says; warn of one with the wrong
-    sign.
+    """Leave out a roll or pitch in another unit than its column says.
+
+    Warn of one with the wrong sign.
     """
     forward, right = _accelerations(flown, factor.wind)
     if "roll" in draft.channels:

@@ -1,5 +1,6 @@
-"""The limits of what a log may show: range ends, and static pressure and temperature against
-height.
+"""The limits of what a log may show of the air.
+
+Ends of ranges, and static pressure and temperature against height.
 """
 
 from dataclasses import dataclass
@@ -84,8 +85,9 @@ _ROWS = 20_000  # that medians and slopes are taken over: more would only take t
 
 
 def some(draft: Draft, name: str) -> Array:
-    """Evenly spaced values of a channel, (k,), at most about `_ROWS`; of all channels the same
-    rows.
+    """Return evenly spaced values of a channel, (k,), at most about `_ROWS`.
+
+    Of all channels they are of the same rows.
     """
     return draft.channels[name][:: max(1, len(draft.rows) // _ROWS)]
 
@@ -107,8 +109,10 @@ _LASTING = 4.0
 
 
 def block_slope(time: Array, design: Array, values: Array) -> tuple[float, float]:
-    """The coefficient of the second row of `design`, (m, n), in a least-squares fit to `values`,
-    (n,), over means of blocks of time, and its standard error; infinite where the log is too short.
+    """Return the coefficient of the second row of `design`, (m, n), and its standard error.
+
+    It is that of a least-squares fit to `values`, (n,), over means of blocks of time; the error is
+    infinite where the log is too short.
     """
     number = np.unique(np.floor(time / _BLOCK), return_inverse=True)[1]
     count = np.bincount(number)
@@ -132,8 +136,10 @@ _SHOULD_MOVE = 0.5  # K, standard deviation: a probe that should move by more ca
 
 
 def check_temperature(draft: Draft) -> None:
-    """Refuse a temperature that no day has; warn of one far from a standard day, of a probe that
-    never moves, and where it rises with the airspeed as that of the other name would.
+    """Refuse a temperature that no day has.
+
+    Warn of one far from a standard day, of a probe that never moves, and where it rises with the
+    airspeed as that of the other name would.
     """
     for name in TEMPERATURES:
         if name in draft.channels:
@@ -142,8 +148,9 @@ def check_temperature(draft: Draft) -> None:
 
 
 def temperature_ratio(draft: Draft, static_pressure: Array) -> float:
-    """The air's temperature over that of the standard day, (k,), at a static pressure [Pa] of
-    `some` rows, (k,).
+    """Return the air's temperature over that of the standard day, (k,).
+
+    It is at a static pressure [Pa] of `some` rows, (k,).
 
     1 without a temperature, or with one that no day has.
     """
@@ -185,8 +192,9 @@ def _check_level(draft: Draft, name: str) -> None:
 
 
 def likely_temperatures(draft: Draft, name: str) -> list[str]:
-    """Columns of a temperature in whose unit the air would be about that of a standard day, the
-    nearest first.
+    """Return columns of a temperature in whose unit the day would be a usual one.
+
+    The nearest to a standard day is first.
     """
     written = from_si(some(draft, name), draft.suffixes[name])
     static = np.clip(some(draft, "static_pressure"), QUANTITIES["static_pressure"].low, None)
@@ -256,8 +264,9 @@ def _check_rise(draft: Draft, name: str) -> None:
 
 
 def check_height(draft: Draft) -> None:
-    """Refuse a static pressure that another unit, or a pressure reduced to sea level, would bring
-    to the height.
+    """Refuse a static pressure that another unit would bring to the height.
+
+    A pressure that is reduced to sea level is refused as well.
 
     A static pressure that nothing explains is warned of; a height in another unit is not used.
     Raises BadInputError, which names the column to write.
@@ -337,8 +346,7 @@ _COARSEST = 5.0  # Pa; with coarser steps many rows share the greatest value wit
 
 
 def at_ceiling(impact_pressure: Pascal) -> Booleans:
-    """Return the rows in which the indicated impact pressure [Pa], (n,), stands at the end of its
-    range, (n,).
+    """Return the rows in which the indicated impact pressure [Pa], (n,), ends its range, (n,).
 
     The pressure there is the end of the range or more, and nothing is known beyond that. No row is
     returned where the log shows no such end, and for a reading in steps above 5 Pa, in which a

@@ -83,8 +83,10 @@ _FINEST = 0.02  # of the usual step: what was computed, not read, has steps too
 
 
 def is_points_table(path: Path) -> bool:
-    """Return whether a file is a points table: a CSV with a column `point`, or with airspeed, ground
-    speed and direction, and none of time; or fly-bys.
+    """Return whether a file is a points table.
+
+    It is a CSV with a column `point`, or with airspeed, ground speed and direction, and none of
+    time; or it holds fly-bys.
     """
     names = _names(path)
     legs = all(any(n.startswith(each) for n in names) for each in _OF_LEGS)
@@ -94,8 +96,10 @@ def is_points_table(path: Path) -> bool:
 
 
 def is_known_speeds(path: Path) -> bool:
-    """Return whether a file is a table of points with a known speed: a CSV with an airspeed or an
-    impact pressure, a speed that is known, and no column that a log or a card of legs has.
+    """Return whether a file is a table of points with a known speed.
+
+    It is a CSV with an airspeed or an impact pressure, a speed that is known, and no column that a
+    log or a card of legs has.
     """
     names = [_of_known_speeds(name) for name in _names(path)]
     return (
@@ -106,8 +110,9 @@ def is_known_speeds(path: Path) -> bool:
 
 
 def _of_known_speeds(name: str) -> str:
-    """Return our name of a column of a table of points with a known speed, whose names may be those
-    of the field: `Tunnel speed [m/s]`, `IAS (kt)`; another as it is.
+    """Return our name of a column of a table of points with a known speed.
+
+    The names may be those of the field: `Tunnel speed [m/s]`, `IAS (kt)`. Another stays as it is.
     """
     words, written = name_and_unit(name)
     unit = next((suffix for suffix in SUFFIXES if written in UNIT_WORDS.get(suffix, ())), "")
@@ -118,8 +123,9 @@ def _of_known_speeds(name: str) -> str:
 
 
 def seems_a_calibration(path: Path) -> bool:
-    """Return whether a file may be points of a sensor beside a known speed: a short table of few
-    columns of numbers, none of which is a time.
+    """Return whether a file may be points of a sensor beside a known speed.
+
+    It is a short table of few columns of numbers, none of which is a time.
     """
     with suppress(BadInputError):
         table = reader_of(path)(path)
@@ -183,8 +189,7 @@ def read_ground_legs(path: Path) -> tuple[list[float], list[float]]:
 
 
 def read_fly_bys(path: Path) -> tuple[tuple[FlyBy, ...], dict[str, float]]:
-    """Return the passes of a card of tower fly-bys, and the step [SI] in which each quantity was
-    read, by name.
+    """Return the passes of a card of tower fly-bys, and the step [SI] of each quantity, by name.
 
     Raises BadInputError as `read_points` does.
     """
@@ -193,8 +198,9 @@ def read_fly_bys(path: Path) -> tuple[tuple[FlyBy, ...], dict[str, float]]:
 
 
 def read_known_speeds(path: Path) -> tuple[tuple[KnownSpeed, ...], dict[str, float]]:
-    """Return the points with a known speed of a table, and the step [m/s] in which each speed was
-    read, by name. An indicated impact pressure counts as the airspeed that it shows.
+    """Return the points with a known speed of a table, and the step [m/s] of each speed.
+
+    The steps are by name. An indicated impact pressure counts as the airspeed that it shows.
 
     Raises BadInputError as `read_points` does.
     """
@@ -288,8 +294,9 @@ def _rows(
 
 
 def _by_airspeed(airspeed: Array, configurations: Sequence[str]) -> list[str]:
-    """The points of legs by their airspeeds (n,) [m/s]: those of one configuration whose airspeeds
-    follow each other closely.
+    """Return the points of legs by their airspeeds (n,) [m/s].
+
+    A point has one configuration, and airspeeds that follow each other closely.
     """
     order = sorted(range(len(airspeed)), key=lambda i: (configurations[i], airspeed[i]))
     found, number = [""] * len(order), 1

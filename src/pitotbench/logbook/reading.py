@@ -45,8 +45,9 @@ def read_log(
     airspeed_sensor: int | None = None,
     **facts: str | None,
 ) -> FlightLog:
-    """Read a flight log from a file, from a folder or a .zip file that holds one, or from a file in
-    a .zip (`card.zip/flight.csv`).
+    """Read a flight log from a file, a folder or a .zip file that holds one.
+
+    A file in a .zip is `card.zip/flight.csv`.
 
     `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it,
     a log of a format that a shipped mapping recognizes is read by that mapping, whose name is then
@@ -153,8 +154,9 @@ def _only_log(folder: Path, source: Path) -> Path:
 def table_of(
     path: Path, stated: Parameters | None = None, airspeed_sensor: int | None = None
 ) -> Table:
-    """Return the table of a file under our column names as far as they are known, without a mapping
-    by the user.
+    """Return the table of a file under our column names as far as they are known.
+
+    The user's own mapping has no part in it.
 
     The `stated` parameters of an autopilot replace those in the header; of a log in several files
     the table has the `airspeed_sensor`. Raises BadInputError for a
@@ -189,8 +191,10 @@ def mapped(table: Table, mapping: Path | str) -> Table:
 
 
 def _by_names(table: Table) -> tuple[Table, "DraftedMapping | None"]:
-    """Return a table of which no mapping knows the recorder by the draft of its columns, where
-    their names are not ours and the draft is sure, else as it is; and the draft.
+    """Return a table by the draft of its columns, and the draft.
+
+    That is for a table of which no mapping knows the recorder, where its names are not ours and the
+    draft is sure; any other stays as it is.
     """
     if has_our_names(table):
         return table, None
@@ -213,8 +217,10 @@ def _filled(table: Table) -> Table:
 
 
 def _advised(table: Table, mapping: Mapping) -> Table:
-    """The table with what its mapping says of such logs: the choices for a calibration, the kind of
-    aircraft, and that a recorder's format fixes the units.
+    """Return the table with what its mapping says of such logs.
+
+    The choices for a calibration, the kind of aircraft, and that a recorder's format fixes the
+    units.
     """
     advice: dict[str, object] = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
     advice |= {KIND: mapping.kind} if mapping.kind else {}

@@ -65,8 +65,9 @@ _MOST_NAMES = 8  # of such a table that are told
 
 
 def kind_of(path: Path, name: Path) -> str:
-    """Return what a file at a path is that its owner calls `name`, and which command reads it;
-    empty for one that may be a log.
+    """Return what a file is, which its owner calls `name`, and which command reads it.
+
+    Empty for a file that may be a log.
     """
     return next(
         (
@@ -81,9 +82,10 @@ def kind_of(path: Path, name: Path) -> str:
 def what_it_lacks(
     table: Table, drafted: DraftedMapping | None, name: Path, error: BadInputError
 ) -> str:
-    """Return what a table holds that lacks columns of a log, and the way on, by the draft of its
-    columns, which is made for None; the words of the `error` where its names are ours or none is
-    recognized.
+    """Return what a table holds that lacks columns of a log, and the way on.
+
+    The draft of its columns tells it, which is made for None; it is the words of the `error` where
+    its names are ours or none is recognized.
     """
     if drafted is None and not has_our_names(table):
         with suppress(BadInputError):
@@ -113,8 +115,9 @@ def what_it_lacks(
 
 
 def holes_of(drafted: DraftedMapping) -> str:
-    """Return in sentences which quantities a draft found no column for, and the way to each; empty
-    where it lacks none.
+    """Return in sentences what a draft found no column for, and the way to each.
+
+    Empty where it lacks none.
     """
     holes = [
         hole

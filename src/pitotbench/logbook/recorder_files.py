@@ -1,5 +1,6 @@
-"""Read the files of flight recorders of gliders: IGC (FAI Technical Specification for GNSS Flight
-Recorders).
+"""Read the files of flight recorders of gliders.
+
+IGC: the FAI's Technical Specification for GNSS Flight Recorders.
 """
 
 import re
@@ -146,8 +147,9 @@ def _columns(fixes: NDArray[np.bytes_], extensions: dict[str, tuple[int, int]]) 
 
 
 def _tail(fixes: NDArray[np.bytes_], span: tuple[int, int] | None) -> Array:
-    """Return further decimals of a number as a fraction of its last digit; zero where there are
-    none.
+    """Return further decimals of a number as a fraction of its last digit.
+
+    Zero where there are none.
     """
     return (
         np.zeros(len(fixes))

@@ -1,5 +1,7 @@
-"""Find logs of one flight, so that it counts once: the same rows under two names, an overlap of two
-files, two recorders in one airplane.
+"""Find logs of one flight, so that it counts once.
+
+They are the same rows under two names, an overlap of two files, or of two recorders in one
+airplane.
 """
 
 from collections.abc import Sequence
@@ -75,8 +77,10 @@ def distinct(logs: Sequence[FlightLog], names: Sequence[str]) -> DistinctLogs:
 
 
 def recorders(logs: Sequence[FlightLog]) -> list[tuple[int, int]]:
-    """Return the pairs of logs, by their places, that two recorders wrote in one flight: of one
-    airplane, as far as their headers name it, and of clocks with date and time that overlap.
+    """Return the pairs of logs, by their places, that two recorders wrote in one flight.
+
+    They are of one airplane, as far as their headers name it, and of clocks with date and time that
+    overlap.
 
     The logs are `distinct`. Seconds without a date are no clock.
     """
@@ -116,8 +120,9 @@ def overlap(log: FlightLog, other: FlightLog) -> float:
 
 
 def moment_of(log: FlightLog) -> float | None:
-    """Return the moment [s since 1970] at which the seconds of a log begin; None for a log without
-    a date and a time of day.
+    """Return the moment [s since 1970] at which the seconds of a log begin.
+
+    None for a log without a date and a time of day.
     """
     stated = str(log.header.get(START, ""))
     if ":" not in stated:
@@ -139,8 +144,10 @@ def _may_be_one_airplane(log: FlightLog, other: FlightLog) -> bool:
 
 
 def _of_same_rows(log: FlightLog, others: Sequence[FlightLog]) -> tuple[int, float] | None:
-    """The first of the others that holds the same rows, and what to add to the log's time [s] to
-    have its clock. Rows under the names of two airplanes are not those of one flight.
+    """Return the first of the others that holds the same rows, and how far its clock is off.
+
+    That is what to add to the log's time [s] to have its clock. Rows under the names of two
+    airplanes are not those of one flight.
     """
     for number, other in enumerate(others):
         if not _may_be_one_airplane(log, other):
@@ -184,8 +191,10 @@ def _nearest(times: Seconds, wanted: Seconds) -> Indices:
 
 
 def _union(other: FlightLog, log: FlightLog, shift: float) -> FlightLog:
-    """One log of two that overlap: the longer one, the one with more channels, or the first, with
-    the rows of the other before and after it.
+    """Return one log of two that overlap.
+
+    It is the longer one, the one with more channels, or the first, with the rows of the other
+    before and after it.
     """
     span = [float(each.time[-1] - each.time[0]) for each in (other, log)]
     later = (span[1], len(log.channels())) > (span[0], len(other.channels()))

@@ -12,8 +12,9 @@ T = TypeVar("T")
 
 
 def chosen(sensors: Mapping[int, tuple[str, T]], number: int | None) -> tuple[int, T, list[str]]:
-    """Return the sensor of a number, the first for None: number, what it is, and remarks that name
-    the others.
+    """Return the sensor of a number, the first for None.
+
+    Its number, what it is, and remarks that name the others.
 
     `sensors` hold a name and what it is, by number. Raises BadInputError for a sensor that the log
     does not hold.

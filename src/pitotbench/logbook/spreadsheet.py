@@ -20,8 +20,9 @@ _MOST_CELLS = 2_000_000  # of a sheet: an hour at 10 Hz of fifty columns
 
 
 def read_xlsx(path: Path) -> Table:
-    """Return the table of the first sheet of a workbook that is not empty, read as its CSV would
-    be; of a formula the value that was saved with it.
+    """Return the table of the first sheet of a workbook that is not empty.
+
+    It is read as its CSV would be; of a formula it has the value that was saved with it.
 
     Raises BadInputError where openpyxl is not installed, for a file that is no workbook or holds no
     table, and for one of more than 100 MB or of more than two million cells.
@@ -58,8 +59,9 @@ def _too_large(what: str) -> BadInputError:
 
 
 def _rows(sheet: Any) -> list[list[str]]:
-    """Return the cells of a sheet as texts, without the blank rows and the blank columns at its
-    end.
+    """Return the cells of a sheet as texts.
+
+    The blank rows and the blank columns at its end are left out.
     """
     rows: list[list[str]] = []
     cells = 0

@@ -1,5 +1,6 @@
-"""The height that was flown, as its pilot states it, for a log that holds neither a height nor a
-static pressure.
+"""The height that was flown, as its pilot states it.
+
+It is for a log that holds neither a height nor a static pressure.
 """
 
 import re
@@ -20,8 +21,10 @@ USUAL = 150.0  # m, 2σ: a height that is kept by eye
 
 
 def stated_height(text: str) -> tuple[float, float]:
-    """Return the height above the sea and its 2σ [m] of a text such as `2000` (ft), `600m` or
-    `2000±300ft`. Raises BadInputError for any other text, and for a height that no airplane flies.
+    """Return the height above the sea and its 2σ [m] of a text.
+
+    Such a text is `2000` (ft), `600m` or `2000±300ft`. Raises BadInputError for any other text, and
+    for a height that no airplane flies.
     """
     found = _STATED.fullmatch(text.strip().lower().replace("−", "-"))
     if found is None:

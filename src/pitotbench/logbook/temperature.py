@@ -58,8 +58,10 @@ def stated_day(text: str) -> DayTemperature:
 
 
 def weather_report(log: FlightLog) -> str:
-    """Which weather report tells the temperature of a log: that of its middle, at its place; empty
-    for a log without a date, a time of day or positions.
+    """Return in words which weather report tells the temperature of a log.
+
+    It is that of its middle, at its place; empty for a log without a date, a time of day or
+    positions.
     """
     begin, place = moment_of(log), log.header.get(PLACE)
     if begin is None or place is None:

@@ -16,8 +16,9 @@ _MOST_FIELDS = 1_000_000  # of all instances of a topic; one of PX4 has some hun
 
 
 def read_topics(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], dict[str, Any]]:
-    """Return the tables of some topics and the log's parameters; topics that the log lacks are left
-    out.
+    """Return the tables of some topics and the log's parameters.
+
+    Topics that the log lacks are left out.
 
     Names are those of `ulog2csv`: `sensor_gps_0` is the first `sensor_gps`.
     Raises BadInputError where pyulog is not installed, the file is not a ULog, or its topics have
@@ -52,8 +53,9 @@ def read_topics(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], di
 
 
 def _require_few_fields(formats: Mapping[str, Any], path: Path, topics: Sequence[str]) -> None:
-    """Raise BadInputError for a file that announces topics of very many fields: of formats within
-    one another 200 bytes state billions, and pyulog keeps a record of each.
+    """Raise BadInputError for a file that announces topics of very many fields.
+
+    Of formats within one another 200 bytes state billions, and pyulog keeps a record of each.
     """
     counts: dict[str, int] = {}
 
@@ -74,8 +76,9 @@ def _require_few_fields(formats: Mapping[str, Any], path: Path, topics: Sequence
 
 
 class _Watched(BufferedReader):
-    """A file that knows whether the last reading met its end inside a message: the head of one is
-    three bytes.
+    """A file that knows whether the last reading met its end inside a message.
+
+    The head of a message is three bytes.
     """
 
     broken = False

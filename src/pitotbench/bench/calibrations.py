@@ -41,8 +41,9 @@ def logs_of(
     part: "Part | None" = None,
     facts: Mapping[str, Any] | None = None,
 ) -> list[FlightLog]:
-    """Return the logs that stand for what was given to the function `asked`, read and checked where
-    needed.
+    """Return the logs that stand for what was given to the function `asked`.
+
+    They are read and checked where needed.
 
     `mapping` reads files and tables, and the `part` alone is read with the `facts` of the flight,
     as in `read_log`. Raises BadInputError for anything else, for facts of a log that was read without
@@ -93,8 +94,9 @@ def facts_among(choices: dict[str, Any]) -> dict[str, Any]:
 
 
 def _names_to_give(table: "Table") -> str:
-    """Return what to call the columns of a table in memory, as far as names and values tell it;
-    empty where they tell nothing.
+    """Return what to call the columns of a table in memory.
+
+    Names and values tell it; empty where they tell nothing.
     """
     from pitotbench.logbook.drafting import draft_mapping
     from pitotbench.units import SYMBOLS
@@ -217,8 +219,9 @@ def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:
 def options_of(
     logs: Iterable[FlightLog] = (), mapping: str | Path | None = None, **choices: Any
 ) -> "CalibrationOptions":
-    """Return the options of a calibration: the choices, before them those of the mapping, and the
-    defaults.
+    """Return the options of a calibration.
+
+    They are the choices, before them those of the mapping, and the defaults.
 
     An accuracy that is not named keeps the value of the mapping. Raises as `options_from` does.
     """
@@ -237,8 +240,9 @@ def options_of(
 def advice_of(
     logs: Iterable[FlightLog] = (), mapping: str | Path | None = None
 ) -> Mapping[str, Any]:
-    """Return the choices that a mapping advises: the one named, else the one by which a log was
-    read.
+    """Return the choices that a mapping advises.
+
+    It is the one named, else the one by which a log was read.
     """
     from pitotbench.logbook.columns import CALIBRATE
     from pitotbench.logbook.mapping import find_mapping
@@ -264,8 +268,9 @@ Source = tuple[str, OneLog, FlightLog | None]
 
 
 def provenance_of(sources: Iterable[Source], choices: Iterable[Choice]) -> Provenance:
-    """Return the provenance of an answer made now: inputs with their digests, choices, versions,
-    and the date.
+    """Return the provenance of an answer made now.
+
+    Inputs with their digests, choices, versions, and the date.
     """
     date = datetime.now(UTC).strftime("%Y-%m-%d")
     return Provenance(
@@ -334,8 +339,9 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
 def settings_of(
     options: "CalibrationOptions", stated: Collection[str], advised: Collection[str]
 ) -> list[Choice]:
-    """Return every option of a calibration but the accuracies, which the answer holds, with who
-    chose it.
+    """Return every option of a calibration with who chose it, but the accuracies.
+
+    The answer holds these.
     """
     from pitotbench.units import SUFFIXES
 

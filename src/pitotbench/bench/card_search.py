@@ -59,8 +59,9 @@ class FreeNumber:
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """The result of a search: the card's changed numbers (keys with units), and the number of
-    flights.
+    """The result of a search.
+
+    The card's changed numbers (keys with units), and the number of flights.
     """
 
     maneuver: str
@@ -92,8 +93,9 @@ def best_card(
     flights: int = 60,
     step: Callable[[], None] = lambda: None,
 ) -> Search:
-    """Search the card of a maneuver with the smallest bound in at most so many `minutes`, with so
-    many `flights`.
+    """Search the card of a maneuver with the smallest bound in at most so many `minutes`.
+
+    So many `flights` are flown for it.
 
     Uses the simplex of Nelder and Mead (1965) on the logarithms of the free numbers. A card that
     cannot be flown, does not determine the answer or leaves the box gets the cost `_UNFLYABLE`. A

@@ -137,8 +137,9 @@ def _is_lasting(name: str) -> bool:
 
 
 def _shares(judged: Judged, whole: float) -> list[Gap]:
-    """The gaps of an answer, with what each closes together with the others as shares of the first
-    explainable gap.
+    """Return the gaps of an answer, each with what it closes together with the others.
+
+    That is a share of the first explainable gap.
     """
     now = largest_gap(judged.shown).closure
     return [
@@ -156,9 +157,10 @@ def _to_patch(judged: Judged, whole: float, chosen: str) -> list[Gap]:
 
 
 def _gained(judged: Judged, names: Sequence[str], chosen: str) -> float:
-    """The fall of the sum of squares of the log with the largest gap by some causes, as far as it
-    holds in parts of the logs to which the sizes were not fitted. Causes that share a gap close it
-    together; the rivals of the chosen one take no part.
+    """Return the fall of the sum of squares of the log with the largest gap by some causes.
+
+    It counts as far as it holds in parts of the logs to which the sizes were not fitted. Causes
+    that share a gap close it together; the rivals of the chosen one take no part.
     """
     fitted, block = judged.fitted, largest_gap(judged.shown).block
     rivals = {c.name for g in judged.verdict.gaps for c in with_choice(g, chosen).causes[1:]}
@@ -174,16 +176,18 @@ def _gained(judged: Judged, names: Sequence[str], chosen: str) -> float:
 
 
 def _form(gap: Gap) -> float:
-    """The deviation of the form of what is patched for a gap, as a share: that of one of a set is
-    off by what the others of the set have.
+    """Return the deviation of the form of what is patched for a gap, as a share.
+
+    That of one of a set is off by what the others of the set have.
     """
     whole = sum(cause.probability for cause in gap.causes)
     return hypot(FORM, 1.0 - gap.causes[0].probability / max(whole, gap.causes[0].probability))
 
 
 def _covariance(judged: Judged, gaps: Sequence[Gap]) -> dict[str, float]:
-    """The covariances of the sizes of an answer that are patched, by the names of two of them; that
-    of one with itself has the error of the method.
+    """Return the covariances of the sizes of an answer that are patched.
+
+    They are by the names of two of them; that of one with itself has the error of the method.
     """
     gaps_found = {(g.causes[0].name, s.name): s for g in gaps for s in g.causes[0].sizes}
     sizes = judged.fitted.sizes.among([*gaps_found])
@@ -230,8 +234,9 @@ def _added(old: Candidate, new: Candidate) -> Candidate:
 def _judged_again(
     logs: Sequence[JudgedLog], aircraft: str, holdout: FlightLog | Maneuvers | None
 ) -> tuple[tuple[JudgedLog, ...], Judged]:
-    """Judge logs with another airplane and the same floor; without null flights it is the log's
-    own, which is lower where less is left.
+    """Judge logs with another airplane and the same floor.
+
+    Without null flights the floor is the log's own, which is lower where less is left.
     """
     model, again = model_of(aircraft, [each.log for each in logs]), list[JudgedLog]()
     for each in logs:

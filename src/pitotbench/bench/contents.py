@@ -16,8 +16,9 @@ from pitotbench.records.log import FlightLog, FlightSummary
 
 
 def flights_of(path: Path, read: Callable[[Path], FlightLog] = read_log) -> list[FlightSummary]:
-    """Return the flights of a file, a folder or a .zip file, and of each file that is none its
-    refusal. `read` reads a file.
+    """Return the flights of a file, a folder or a .zip file.
+
+    A file that is none has its refusal. `read` reads a file.
 
     Raises BadInputError for a .zip file that cannot be unpacked.
     """

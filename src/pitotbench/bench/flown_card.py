@@ -46,8 +46,9 @@ def has_weather_report(header: Mapping[str, Any]) -> bool:
 
 
 def as_flown(card: Case, log: FlightLog) -> Case:
-    """Return a card at the height and with the mass of a log: what a header planned is not always
-    what was flown.
+    """Return a card at the height and with the mass of a log.
+
+    What a header planned is not always what was flown.
 
     The height is the median of the log's GPS height, to `HEIGHT_STEP`; fuel and ballast give the
     first mass of the log, to `MASS_STEP`. What the log does not have, or has within half a step,

@@ -42,8 +42,9 @@ SEED = 760_001  # truth and sensor seeds count up from here
 def fly_again(
     log: FlightLog | Maneuvers, card: Case | None, effects: Sequence[EffectSpec]
 ) -> FlownAgain:
-    """Compare a log with its card as the simulator flies it, in the wind of the log, without and
-    with effects.
+    """Compare a log with its card as the simulator flies it, without and with effects.
+
+    The wind is that of the log.
 
     Where the airplane of the log moves to and fro as under another hand than that of the card, in
     gusts of the same strength, the card is flown by the pilot whose hand is nearest in one flight
@@ -90,8 +91,9 @@ def _flights(card: Case, effects: Sequence[EffectSpec], numbers: Sequence[int]) 
 
 
 def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
-    """Return a card with the error curve of a log and, where its header does not state the day, in
-    its temperature.
+    """Return a card with the error curve of a log.
+
+    It is in the temperature of the log where its header does not state the day.
 
     The free parameters say how much warmer the air is than on the card.
     """

@@ -1,5 +1,6 @@
-"""Calibrate the logs of a folder or of a .zip file: each once, and one curve where they have one in
-common.
+"""Calibrate the logs of a folder or of a .zip file.
+
+Each is calibrated once, with one curve where they have one in common.
 """
 
 from collections.abc import Callable, Iterable, Sequence

@@ -90,8 +90,9 @@ class PlanRequest:
 
     @property
     def airspeeds(self) -> Array:
-        """The airspeeds [m/s], (n,), at which the bound is averaged: every 5 kt of the wanted
-        range.
+        """The airspeeds [m/s], (n,), at which the bound is averaged.
+
+        They are every 5 kt of the wanted range.
         """
         low, high = self.range
         steps = np.arange(int((high - low) / _CURVE_STEP + 1e-6) + 1, dtype=np.float64)
@@ -111,8 +112,9 @@ class PlanRequest:
 
 
 def written(value: float, suffix: str) -> float:
-    """Return an SI value as a card's file has it: in the unit of a suffix ("" for a count), to a
-    millionth.
+    """Return an SI value as a card's file has it.
+
+    It is in the unit of a suffix ("" for a count), to a millionth.
     """
     return round(float(from_si(value, suffix) if suffix else value), 6)
 
@@ -149,8 +151,9 @@ def forecast(request: PlanRequest, maneuver: str, card: CardChanges | None = Non
 
 
 def _track(flight: Flight) -> Array:
-    """Return the ground track, north and east [m], (2, k), one point a second; NaN where nothing
-    was recorded.
+    """Return the ground track, north and east [m], (2, k), one point a second.
+
+    NaN where nothing was recorded.
     """
     time = flight["time"]
     rows = np.flatnonzero(np.diff(np.floor(time - time[0]), prepend=-1.0) > 0.0)
@@ -177,8 +180,9 @@ def _flown(case: str) -> Flight:
 
 
 def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSecond:
-    """Return 2σ [m/s] at the request's airspeeds by the information matrix, for gusts of the
-    expected level.
+    """Return 2σ [m/s] at the request's airspeeds by the information matrix.
+
+    It is for gusts of the expected level.
     """
     das = request.das
     noise = ExpectedNoise(
@@ -199,8 +203,9 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
 
 
 def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
-    """Return the calibrator's 2σ [m/s] at the request's airspeeds, for one draw of gusts and sensor
-    noise. Raises as `calibrate` does.
+    """Return the calibrator's 2σ [m/s] at the request's airspeeds for one draw.
+
+    Gusts and sensor noise are drawn. Raises as `calibrate` does.
     """
     log = sense(with_gusts(flight, request.base.turbulence, seed), request.das)
     curve = calibrate(log, request.options).curve

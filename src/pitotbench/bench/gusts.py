@@ -30,16 +30,16 @@ _STEP = 0.1  # s between two samples of the gust: one draw serves flights of any
 
 
 def gust_deviation(case: Case) -> float:
-    """Return the standard deviation [m/s] of each horizontal gust component, at the height of a
-    case.
+    """Return the standard deviation [m/s] of each horizontal gust component.
+
+    It is at the height of a case.
     """
     severity = TURBULENCE_SEVERITY[case.turbulence]
     return float(np.interp(case.altitude / FOOT, _HEIGHTS, _DEVIATIONS[severity])) * FOOT
 
 
 def with_gusts(flight: Flight, turbulence: str, seed: int) -> Flight:
-    """Return the smooth flight with the airspeed and the total pressure that it would have in
-    turbulence.
+    """Return the smooth flight with the airspeed and total pressure that turbulence gives it.
 
     The ground velocity does not change: the airplane is too heavy to follow gusts of this length.
     """

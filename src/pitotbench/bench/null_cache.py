@@ -34,8 +34,9 @@ def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:
 
 
 def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | None:
-    """Return an entry of the cache and mark it as used; None where there is none, or where it
-    cannot be used.
+    """Return an entry of the cache and mark it as used.
+
+    None where there is none, or where it cannot be used.
     """
     try:
         null = read_distribution(place.read_bytes())
@@ -52,9 +53,7 @@ def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | N
 
 
 def write_entry(place: Path, null: NullDistribution, say: Progress) -> None:
-    """Write an entry completely or not at all, and remove the entries whose last use is longest
-    ago.
-    """
+    """Write an entry completely or not at all, and remove those not used for longest."""
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         with atomic(place) as scratch:

@@ -66,8 +66,9 @@ def null_distribution_of(
 def announce_flights(
     flights: int, say: Progress, clock: Callable[[], float] = monotonic
 ) -> Callable[[], None]:
-    """Return a function that announces each flight of some, and the time that the others will
-    take [s].
+    """Return a function that announces each flight of some.
+
+    It tells the time that the others will take [s].
     """
     done, begun = count(1), clock()
 

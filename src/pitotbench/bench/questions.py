@@ -74,8 +74,9 @@ def calibrate(
     end: str | None = None,
     **choices: Any,
 ) -> Calibration | tuple[Calibration, ...]:
-    """Estimate the pressure-error curve and the wind: from a log, a path, a DataFrame, or a list of
-    them.
+    """Estimate the pressure-error curve and the wind from logs.
+
+    They are a log, a path, a DataFrame, or a list of them.
 
     The answer is that of `pitotbench calibrate`. Parameters: logs, of one airplane; options, or its
     fields as keywords (`model="quadratic"`, `wind="constant"`; what is not named comes from the
@@ -217,8 +218,7 @@ def reconcile(
     choose: str = "",
     **facts: str,
 ) -> "FullReconciliation":
-    """Find where a simulation and measured logs disagree, and name the effect that the simulation
-    lacks.
+    """Find where a simulation and logs disagree, and name what the simulation lacks.
 
     Parameters: logs, a measured one (a log, a path or a DataFrame), or a list of several of one
     airplane whose causes and sizes are the same; aircraft, a model of the hangar, or `none` to

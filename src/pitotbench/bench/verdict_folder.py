@@ -1,5 +1,6 @@
-"""Write the verdict, the patch and the report to a folder, and keep the patched aircraft under a
-name.
+"""Write the verdict, the patch and the report to a folder.
+
+Keep the patched aircraft under a name.
 """
 
 from collections.abc import Mapping
@@ -31,8 +32,9 @@ WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")
 def keep(
     outcome: FullReconciliation, document: Mapping[str, Any], out: Path, units: str = ""
 ) -> list[str]:
-    """Write `verdict.json`, `patch.toml` and `report.html` to a folder, and replace those of an
-    earlier run. `units` as for `reader_units`.
+    """Write `verdict.json`, `patch.toml` and `report.html` to a folder.
+
+    Those of an earlier run are replaced. `units` as for `reader_units`.
 
     Where an effect acts on the aircraft, `overlay.xml` is written too. Returns the lines to print.
     """
@@ -62,8 +64,9 @@ def _write(out: Path, texts: Mapping[str, str]) -> list[str]:
 
 
 def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None) -> list[str]:
-    """Write the aircraft with what is named, or was chosen, as `<aircraft>+<variant>`, and return
-    the lines to print.
+    """Write the aircraft with what is named, or was chosen; return the lines to print.
+
+    Its name is `<aircraft>+<variant>`.
 
     One line names the effects that belong in a case file instead, one those that the log does not
     tell apart. An existing aircraft is never overwritten. Raises BadInputError where no named

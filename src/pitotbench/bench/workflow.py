@@ -74,8 +74,9 @@ class NamedLog:
 
 @dataclass(frozen=True, slots=True)
 class JudgedLog:
-    """A log that was prepared, with its null distribution, and the case that was flown (None
-    without a card).
+    """A log that was prepared, with its null distribution and the case that was flown.
+
+    The case is None without a card.
     """
 
     name: str
@@ -162,8 +163,9 @@ def judge_layouts(
 def closure_on(
     log: FlightLog | Maneuvers, model: AircraftModel | None, first: JudgedLog, fitted: Fitted
 ) -> Closure | None:
-    """Return the closure of a fit on another log, with the floor of the `first`; None where no gap
-    is to be seen there.
+    """Return the closure of a fit on another log, with the floor of the `first`.
+
+    None where no gap is to be seen there.
     """
     prepare = partial(prepare_layout, log, model, first.layout.setting)
     return hold_out(prepare, first.null, fitted)
@@ -208,8 +210,9 @@ def _judged(
 
 @dataclass(frozen=True, slots=True)
 class FullReconciliation:
-    """The reconciliation of one or several logs: the answer with what it follows from, its account
-    for a report, and its patch.
+    """The reconciliation of one or several logs.
+
+    The answer with what it follows from, its account for a report, and its patch.
 
     It shows itself in a notebook as its account does: in words, as a picture and as a table of the
     causes. `logs` are those that were judged. `provenance`: the files and the choices behind the
@@ -271,8 +274,9 @@ class FullReconciliation:
         return self.account.to_frame()
 
     def plot(self, axes: Any = None) -> Any:
-        """Draw the probabilities of the causes on matplotlib's axes, or in a new figure; return the
-        figure.
+        """Draw the probabilities of the causes; return the figure.
+
+        They are drawn on matplotlib's axes, or in a new figure.
         """
         return self.account.plot(axes)
 
@@ -421,8 +425,9 @@ def formula_of(judged: Judged) -> FoundFormula | None:
 def patch_of(
     judged: Judged, source: str, date: str, reported: Sequence[Gap] | None = None
 ) -> Patch:
-    """Return the patch of an answer: the most probable cause of each gap, and the terms of a
-    formula.
+    """Return the patch of an answer.
+
+    It has the most probable cause of each gap, and the terms of a formula.
 
     `reported` are its gaps, by default those of the verdict. It is empty where the names were taken
     back.
@@ -453,8 +458,9 @@ EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and iner
 
 
 def reported_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
-    """Return what was said of the logs as they were read, with the log's name where there are
-    several.
+    """Return what was said of the logs as they were read.
+
+    The log's name stands before it where there are several.
 
     A warning that a named part explains is withdrawn: the answer names its cause.
     """
@@ -472,8 +478,9 @@ def coefficients_along(
     gaps: Iterable[Gap],
     agreeing: Iterable[tuple[str, Estimate]] = (),
 ) -> tuple[Coefficient, ...]:
-    """Return the coefficients of a model along a flight, and the measured ones, that gaps change,
-    and those that show no gap.
+    """Return the coefficients of a model along a flight, and the measured ones.
+
+    They are those that gaps change, and those that show no gap.
     """
     model = shown.block.layout.reference.force_model
     return () if model is None else measured_coefficients(aircraft, model.coarse, gaps, agreeing)
@@ -485,8 +492,9 @@ def entries(patch: Patch) -> tuple[EffectSpec, ...]:
 
 
 def bounds_of(gaps: Sequence[Gap]) -> dict[str, dict[str, float]]:
-    """Return 2σ of every size of the first cause of each gap, by effect and parameter, in the units
-    of the effects table.
+    """Return 2σ of every size of the first cause of each gap.
+
+    They are by effect and parameter, in the units of the effects table.
     """
     bounds: dict[str, dict[str, float]] = {}
     for cause in (gap.causes[0] for gap in gaps if gap.causes):

@@ -1,5 +1,6 @@
-"""Run a campaign: plan its flights, fly those that are not stored, and make the folder of its
-results.
+"""Run a campaign.
+
+Plan its flights, fly those that are not stored, and make the folder of its results.
 """
 
 import json
@@ -61,8 +62,9 @@ class StoppedError(KeyboardInterrupt):
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does, so that all is closed in
-    order.
+    """Let SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does.
+
+    All is then closed in order.
     """
     if current_thread() is not main_thread():  # only the main thread may set handlers
         yield
@@ -86,8 +88,10 @@ _RECENT = 600.0  # s over which the rate is measured
 
 @dataclass(slots=True)
 class Watch:
-    """Counts the flights of a campaign and reports them, by `style`: a bar on a terminal, else a
-    line a minute, in words or as JSON. `total` is the number of flights planned.
+    """Counts the flights of a campaign and reports them, by `style`.
+
+    That is a bar on a terminal, else a line a minute, in words or as JSON. `total` is the number of
+    flights planned.
     """
 
     total: int
@@ -332,8 +336,10 @@ class CampaignResult:
 
     @property
     def means(self) -> "DataFrame":
-        """The means over the seeds and over what is drawn, a row for each combination of all else
-        that the plan varies: the table that the page and the command show.
+        """The means over the seeds and over what is drawn.
+
+        A row stands for each combination of all else that the plan varies: the table that the page
+        and the command show.
         """
         return means_of(self.table, self.drawn)
 

@@ -1,5 +1,6 @@
-"""The digests of the code and of the aircraft's files that decide a result, for the keys of what is
-kept.
+"""The digests of the code and of the aircraft's files that decide a result.
+
+The keys of what is kept hold them.
 """
 
 from collections.abc import Iterable
@@ -24,8 +25,9 @@ def code_digest() -> str:
 
 
 def package_digest(without: Iterable[str] = (), but: Iterable[str] = ()) -> str:
-    """Return the digest of the code of this package, `without` some packages `but` with some of
-    their modules.
+    """Return the digest of the code of this package.
+
+    It is `without` some packages `but` with some of their modules.
     """
     left_out, kept = {*without}, {*but}
     paths = (file.relative_to(PACKAGE) for file in sorted(PACKAGE.rglob("*.py")))
@@ -35,8 +37,9 @@ def package_digest(without: Iterable[str] = (), but: Iterable[str] = ()) -> str:
 
 
 def file_sha256(path: Path) -> str:
-    """Return the SHA-256 of a file, or of the files of a folder one after another by path, in
-    hexadecimal.
+    """Return the SHA-256 of a file, in hexadecimal.
+
+    That of a folder is of its files one after another, by path.
     """
     found = sha256()
     for each in sorted(path.rglob("*")) if path.is_dir() else [path]:

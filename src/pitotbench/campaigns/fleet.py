@@ -354,8 +354,10 @@ def open_fleet(
     security: Path | None = None,
     isolated: bool = False,
 ) -> Iterator[Fleet]:
-    """Give a fleet: this process for one job, spawned processes for more, a dask cluster for a
-    scheduler's address.
+    """Give a fleet of processes, or this process alone.
+
+    It is this process for one job, spawned processes for more, a dask cluster for a scheduler's
+    address.
 
     Without `jobs` there is one process for each core, and no more than `tasks`. With `isolated` one
     job is a process of its own as well, so that a flight that crashes does not end this one. One
@@ -535,8 +537,9 @@ def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
 
 
 def _security(distributed: Any, address: str, file: Path | None) -> Any:
-    """Return dask's own record of the certificates that a TOML file names; a `tls://` scheduler
-    asks for them.
+    """Return dask's own record of the certificates that a TOML file names.
+
+    A `tls://` scheduler asks for them.
     """
     if file is None:
         if address.startswith("tls"):

@@ -32,8 +32,9 @@ def flown(case: Case) -> FlightLog:
 
 
 def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
-    """Fly a case, record it with its data system and write the log; with `truth`, write the truth
-    next to it.
+    """Fly a case, record it with its data system and write the log.
+
+    With `truth`, write the truth next to it.
     """
     flight = fly(case)
     log = sense(flight)
@@ -44,8 +45,9 @@ def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
 
 
 def sense(flight: Flight, das: str | DataSystem | None = None) -> FlightLog:
-    """Return the log of a flight by a data system or its name (`20/1`, any `A/G`), with the case's
-    sensor seed; None is the data system of the case.
+    """Return the log of a flight by a data system, with the case's sensor seed.
+
+    The system may be given by its name (`20/1`, any `A/G`); None is that of the case.
 
     Raises BadInputError for a name or a rate that no data system has.
     """
@@ -77,8 +79,9 @@ def briefing_of(flight: Flight) -> tuple[BriefedLeg, ...]:
 
 @cache
 def briefing(aircraft: str, maneuver: str) -> tuple[BriefedLeg, ...]:
-    """Return the legs of a maneuver for the pilot of an aircraft; none where it cannot be flown, or
-    where no maneuver is named.
+    """Return the legs of a maneuver for the pilot of an aircraft.
+
+    There are none where it cannot be flown, or where no maneuver is named.
     """
     case = Case(aircraft, maneuver, turbulence="none", integration_rate=SLOWEST_RATE)
     with suppress(SimulationError):
@@ -152,8 +155,9 @@ def rms(values: Union[Array, "Series[float]"]) -> float:
 
 
 def scored(curve: ErrorCurve) -> Booleans:
-    """Return the mask of the curve's points inside the scored range of indicated airspeed, or all
-    where none is.
+    """Return the mask of the curve's points inside the scored range of indicated airspeed.
+
+    All points count where none is inside.
     """
     low, high = SCORED_RANGE
     inside: Booleans = (curve.indicated_airspeed > low - 0.01) & (

@@ -25,8 +25,9 @@ from pitotbench.simulation.sortie import card_of
 
 @dataclass(frozen=True, slots=True)
 class CampaignPlan:
-    """The cases of a campaign: rows × grid × draws × seeds, each with the same data systems and
-    calibrations.
+    """The cases of a campaign: rows × grid × draws × seeds.
+
+    Each has the same data systems and calibrations.
 
     base: table of the case that the others change, with units as in a case file.
     rows: changes that go together; grid: fields with their values, of which every combination is
@@ -93,8 +94,9 @@ class CampaignPlan:
                 )
 
     def cells(self) -> Iterator[Case]:
-        """Give the cases one by one, with the seeds of the base, or with a seed of its own for each
-        draw.
+        """Give the cases one by one.
+
+        They have the seeds of the base, or a seed of their own for each draw.
         """
         axes = [[(name, value) for value in values] for name, values in self.grid.items()]
         for row in self.rows:
@@ -124,8 +126,9 @@ class CampaignPlan:
         return case
 
     def check(self) -> None:
-        """Raise BadInputError or UnknownNameError for a wrong field or value of any axis; fly
-        nothing.
+        """Raise BadInputError or UnknownNameError for a wrong field or value of any axis.
+
+        Nothing is flown.
         """
         if not 0 < self.count <= maxsize:
             raise BadInputError(
@@ -148,8 +151,9 @@ _NAMED = ("maneuver", "truth_seed", "sensor_seed")
 def plan_of_names(
     base: Case, maneuvers: str, systems: str, models: str, seeds: range, options: CalibrationOptions
 ) -> CampaignPlan:
-    """Return the plan of names as the command line takes them: one flight for each maneuver and
-    seed.
+    """Return the plan of names as the command line takes them.
+
+    There is one flight for each maneuver and seed.
 
     Raises UnknownNameError or BadInputError for a name that does not exist.
     """

@@ -70,8 +70,9 @@ def require_own_folder(target: Path) -> None:
 
 @dataclass(slots=True)
 class Gathered:
-    """What the folder shows of the results: the number of rows, the failures in words, the parts of
-    the page.
+    """What the folder shows of the results.
+
+    The number of rows, the failures in words, the parts of the page.
     """
 
     rows: int = 0
@@ -83,8 +84,9 @@ class Gathered:
 def gather(
     folder: Path, store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...]
 ) -> Gathered:
-    """Write the rows of the tasks to the table of the folder, in the order of the plan; return what
-    the page needs.
+    """Write the rows of the tasks to the folder's table; return what the page needs.
+
+    The rows are in the order of the plan.
 
     An earlier table is replaced only where there is a row. The table of one plan is the same bit
     for bit, however often it was interrupted and however many processes flew it.
@@ -140,8 +142,9 @@ def _groups(
 
 
 def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[str, Any]]:
-    """Give the rows of a flight: the columns of the contract, the fields that the plan varies, and
-    its key.
+    """Give the rows of a flight.
+
+    They have the columns of the contract, the fields that the plan varies, and the flight's key.
     """
     columns = all_columns(document) if varied else {}
     extra = {name: value for field in varied for name, value in _entries(columns, field)}
@@ -152,9 +155,10 @@ def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[
 
 
 def _entries(columns: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:
-    """Give what a field of a plan sets, by its path: a value in the plan's own unit, every column
-    of a table, or an entry of a list of tables such as `effects.0.parameters.latency_s`. A flight
-    that lacks the field has None.
+    """Give what a field of a plan sets, by its path.
+
+    That is a value in the plan's own unit, every column of a table, or an entry of a list of tables
+    such as `effects.0.parameters.latency_s`. A flight that lacks the field has None.
     """
     below = [name for name in columns if name.startswith(f"{path}.")]
     first, _, deeper = path.partition(".")
@@ -263,8 +267,9 @@ def _indexed(store: ResultStore) -> Path:
 
 
 def _flights_held(path: Path, seal: Path, keys: list[str]) -> set[str]:
-    """Return the flights of an index that is as it was written and holds no part that is gone; none
-    where it is to be made again.
+    """Return the flights of an index that is whole and holds no part that is gone.
+
+    There are none where it is to be made again.
     """
     from pandas import read_parquet
 
@@ -320,8 +325,9 @@ _QUOTED_NAME = re.compile(r"`[\w. +-]*`")
 
 
 def _require_comparison(where: str) -> None:
-    """Raise ValueError for an expression that holds a call, an attribute or anything else that
-    could run code.
+    """Raise ValueError for an expression that could run code.
+
+    It would hold a call, an attribute, or anything else than comparisons.
     """
     for node in ast.walk(ast.parse(_QUOTED_NAME.sub("column", where.strip()), mode="eval")):
         if not isinstance(node, _ALLOWED):
@@ -349,8 +355,10 @@ def chosen_rows(table: "DataFrame", where: str | None, state: str | None) -> "Da
 
 
 def varied_columns(table: "DataFrame") -> list[str]:
-    """Return the columns of an index, other than the maneuver, the rates and the seeds, that tell
-    its flights apart: the label of a calibration, and the fields of a case with several values.
+    """Return the columns of an index that tell its flights apart.
+
+    Beside the maneuver, the rates and the seeds these are the label of a calibration, and the
+    fields of a case with several values.
     """
     skipped = {"maneuver", "truth_seed", "sensor_seed", "das.air_rate_hz", "das.gps_rate_hz"}
     fields = {"calibration", *case_columns(Case())} - skipped
@@ -363,9 +371,7 @@ def varied_columns(table: "DataFrame") -> list[str]:
 
 
 def means(table: "DataFrame", by: Sequence[str]) -> "DataFrame":
-    """Return the means of the numbers over all rows with the same values in the columns `by`, and
-    their count.
-    """
+    """Return the means of the numbers over all rows alike in the columns `by`, and their count."""
     require_columns(table, by)
     averaged = (
         "minutes",
@@ -428,8 +434,9 @@ def _document(result: Path) -> Document:
 
 
 def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]]:
-    """Fly a stored result again in this process, compare every number, and write its page, by
-    default into the folder of its campaign.
+    """Fly a stored result again, compare every number, and write its page.
+
+    It is flown in this process; the page goes by default into the folder of its campaign.
 
     `result` is the folder of a campaign with the name or the key of a flight, such as
     `out/circle-20_1/circle-seed1`, or the file of a part. Returns the file of the page, and a line
@@ -457,8 +464,9 @@ def page_of(
     units: Units = BENCH,
     drawn: Sequence[str] = (),
 ) -> str:
-    """Return the page of results in HTML, in the reader's units; `first` is the case of the first
-    flight, `drawn` as for `means_of`.
+    """Return the page of results in HTML, in the reader's units.
+
+    `first` is the case of the first flight, `drawn` as for `means_of`.
     """
     # It loads the drawing library, which only a page needs.
     from pitotbench.show.pages import campaign_page

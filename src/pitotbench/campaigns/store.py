@@ -108,8 +108,9 @@ class ResultStore:
         return self.folder / LOGS / key[:2] / f"{key}-{name}"
 
     def find(self, key: str) -> Document | None:
-        """Return the part of a key; None where there is none, or where it is damaged, no file, or
-        not of this key and layout.
+        """Return the part of a key.
+
+        None where there is none, or where it is damaged, no file, or not of this key and layout.
 
         Raises StoreError where the disk does not give it.
         """
@@ -134,8 +135,9 @@ class ResultStore:
         return document if (document.get("key"), document.get("schema")) == (key, SCHEMA) else None
 
     def put(self, key: str, document: Mapping[str, Any], logs: Mapping[str, bytes]) -> None:
-        """Keep a result: its logs first, then its part, so that a part never names a log that is
-        not there.
+        """Keep a result.
+
+        Its logs come first, then its part, so that a part never names a log that is not there.
 
         Raises StoreError where the disk takes no more. Nothing that was stored before is lost.
         """
@@ -246,8 +248,9 @@ def stored(task: Task, result: TaskOutcome | Failure) -> tuple[dict[str, Any], d
 
 
 def satisfies(document: Mapping[str, Any], task: Task) -> bool:
-    """Return whether a stored result has all that a task asks for: its logs in their format, and
-    its figures.
+    """Return whether a stored result has all that a task asks for.
+
+    That is its logs in their format, and its figures.
     """
     if document["state"] == QUARANTINED or (
         document["state"] == FAILED and task.keep_logs == "none"

@@ -38,8 +38,9 @@ Calibrations = tuple[tuple[str, CalibrationOptions], ...]
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One flight: its name and key, its case, the data systems that sense it and the ways it is
-    calibrated.
+    """One flight of a campaign.
+
+    Its name and key, its case, the data systems that sense it and the ways it is calibrated.
 
     `key` is that of `content_key`. `calibrations` are labels, which may be empty, with the options
     of each. `keep_logs` says which logs are kept: `none`, those of a `failed` calibration, or
@@ -67,8 +68,9 @@ def content_key(cell: str, case: Case) -> str:
 
 
 def cell_digest(case: Case, systems: Sequence[DataSystem], calibrations: Calibrations) -> str:
-    """Return the digest of all that decides a result but the seeds: case, calibrations, what
-    computes.
+    """Return the digest of all that decides a result but the seeds.
+
+    That is the case, the calibrations, and what computes.
 
     What computes is the schema, the code with its effects, the files of the aircraft, and JSBSim.
     Flights that differ in their seeds alone have one such digest, which takes longer to make than
@@ -114,8 +116,9 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class TaskOutcome:
-    """The result of a task: its rows, a page section for each data system, its failures in words,
-    and its logs.
+    """The result of a task.
+
+    Its rows, a page section for each data system, its failures in words, and its logs.
 
     `logs` are the bytes of the files by the end of their names. `code` is the digest of the code
     that flew, `host` the class of the machine; the times are those of the whole task [s].
@@ -176,8 +179,9 @@ def perform_task(task: Task) -> TaskOutcome:
 
 
 def host_class() -> str:
-    """Return the system, the processor and the version of Python, such as `Linux x86_64 CPython
-    3.11.7`.
+    """Return the system, the processor and the version of Python.
+
+    Such as `Linux x86_64 CPython 3.11.7`.
     """
     return (
         f"{platform.system()} {platform.machine()} {platform.python_implementation()} "

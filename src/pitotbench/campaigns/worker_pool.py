@@ -92,8 +92,9 @@ class WorkerPool(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes: after the calls that were submitted, or at once where they are
-        cancelled.
+        """End the processes.
+
+        They end after the calls that were submitted, or at once where these are cancelled.
         """
         with self._lock:
             if cancel_futures:

@@ -29,8 +29,9 @@ _MOST_DRAWN = 30  # points of a line that is drawn small
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """The correction to add to one indicated airspeed, and its ±2σ bound [kt]; of a simulated flight
-    the true one as well.
+    """The correction to add to one indicated airspeed, and its ±2σ bound [kt].
+
+    Of a simulated flight it has the true one as well.
     """
 
     indicated_kt: float
@@ -83,8 +84,10 @@ class ShortAnswer:
 def short_answer_of(
     result: Calibration, subject: str, truth: MetersPerSecond | None = None
 ) -> ShortAnswer:
-    """The short answer of a calibration of `subject` (a maneuver and data system, or a file);
-    `truth`: the true correction [m/s] at the airspeeds of the curve.
+    """Return the short answer of a calibration of `subject`.
+
+    The subject is a maneuver and data system, or a file. `truth`: the true correction [m/s] at the
+    airspeeds of the curve.
     """
     wind = result.wind
     return ShortAnswer(
@@ -125,8 +128,9 @@ def _corrections(result: Calibration) -> tuple[Correction, ...]:
 
 @dataclass(frozen=True, slots=True)
 class NamedFlight:
-    """A calibrated flight with the file of its log, as the user knows it, and the parameters of an
-    autopilot where they were asked for.
+    """A calibrated flight with the file of its log, as the user knows it.
+
+    It has the parameters of an autopilot where they were asked for.
     """
 
     file: str
@@ -147,8 +151,9 @@ class NamedFlight:
 
 
 def flight_lines(flight: CalibratedFlight) -> list[str]:
-    """Which flight of its log a calibration is of, with how many it shares the curve, and which logs
-    are of this flight, in a line each.
+    """Return which flight of its log a calibration is of, in lines.
+
+    They say as well with how many it shares the curve, and which logs are of this flight.
     """
     sentences = []
     if flight.count > 1:
@@ -191,8 +196,10 @@ def _moves(warning: str) -> CurveMove | None:
 
 
 def is_doubt(warning: str) -> bool:
-    """Whether a warning tells of what may move the answer, not only how the log was read; one
-    without a code does, and one that moves it by little does not.
+    """Return whether a warning tells of what may move the answer.
+
+    Others tell how the log was read. One without a code is a doubt, and one that moves the answer
+    by little is none.
     """
     moves = _moves(warning)
     return _code(warning) not in _READ and (moves is None or moves.matters)
@@ -200,9 +207,11 @@ def is_doubt(warning: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What was found beside an answer: its kind, in words, and the most [m/s] that it moves the
-    curve; None where that is not known. One that is `fatal` makes the answer unusable; one of the
-    `first` must go with it, the others tell how the log was read.
+    """What was found beside an answer.
+
+    Its kind, in words, and the most [m/s] that it moves the curve; None where that is not known.
+    One that is `fatal` makes the answer unusable; one of the `first` must go with it, the others
+    tell how the log was read.
     """
 
     kind: str
@@ -213,8 +222,10 @@ class Finding:
 
 
 def findings_of(result: Calibration) -> list[Finding]:
-    """Return the findings beside an answer in the order of every voice: what makes it unusable,
-    what else contradicts it, what may move it, and how the log was read.
+    """Return the findings beside an answer in the order of every voice.
+
+    What makes it unusable comes first, then what else contradicts it, what may move it, and how the
+    log was read.
     """
     found = [
         Finding(
@@ -230,8 +241,9 @@ def findings_of(result: Calibration) -> list[Finding]:
 
 
 def headline(result: Calibration) -> list[str]:
-    """What contradicts an answer within its own log: a line for what forbids its use, one for all
-    else.
+    """Return what contradicts an answer within its own log.
+
+    One line is for what forbids its use, one for all else.
     """
     fatal = [each.words for each in result.disagreements if each.fatal]
     others = [each.words.partition(". ")[0] for each in result.disagreements if not each.fatal]
@@ -240,8 +252,10 @@ def headline(result: Calibration) -> list[str]:
 
 
 def doubts_of(result: Calibration) -> list[str]:
-    """What an answer must not go without, wherever it is taken: what contradicts it, what may move
-    it, what is assumed. The first says which speeds and tracks the log lacks.
+    """Return what an answer must not go without, wherever it is taken.
+
+    That is what contradicts it, what may move it, and what is assumed. The first says which speeds
+    and tracks the log lacks.
     """
     words = [each.words for each in findings_of(result)[len(result.disagreements) :] if each.first]
     warnings = [f"{capital(w)}{'' if w.endswith('?') else '.'}" for w in words]

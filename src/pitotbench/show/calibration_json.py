@@ -23,8 +23,9 @@ from pitotbench.units import KNOT
 
 
 def flights_json(flights: Sequence[NamedFlight], limit: Limit | str | None = AUTO) -> object:
-    """Calibrated flights as plain data: the document of `pitotbench calibrate --json`, a list of
-    several. `limit` as for `judgments`.
+    """Return calibrated flights as the document of `pitotbench calibrate --json`.
+
+    Of several it is a list. `limit` as for `judgments`.
     """
     documents = [
         {
@@ -110,8 +111,9 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
 
 
 def _plain(found: Any) -> dict[str, Any]:
-    """A record as plain data, with those inside it in their places; what was not looked for has no
-    key.
+    """Return a record as plain data, with those inside it in their places.
+
+    What was not looked for has no key.
     """
     plain: dict[str, Any] = {}
     for each in fields(found):
@@ -124,8 +126,9 @@ def _plain(found: Any) -> dict[str, Any]:
 
 
 def flight_json(flight: CalibratedFlight) -> dict[str, Any]:
-    """Which flight of its log a calibration is of, as plain data; nothing where a log alone holds
-    one flight.
+    """Return which flight of its log a calibration is of, as plain data.
+
+    There is nothing where a log alone holds one flight.
     """
     if flight.count == 1 and flight.joined == 1:
         return {}

@@ -171,8 +171,10 @@ _LOCATIONS = {
 
 
 def _conditions(result: Calibration) -> Iterator[str]:
-    """For what the answer holds: the parts of the log, in minutes of it, the place of the error,
-    which decides what it does to the altitude, and what is assumed.
+    """Return for what the answer holds.
+
+    The parts of the log, in minutes of it, the place of the error, which decides what it does to
+    the altitude, and what is assumed.
     """
     if result.left_out:
         start, more = result.log_start, len(result.parts) - _MOST_PARTS
@@ -245,8 +247,10 @@ def _numbers(result: Calibration) -> list[Heading]:
 
 
 def _fit(result: Calibration) -> Iterator[str]:
-    """The parameters of the model with their bounds, the wind velocity, what widens the bounds, the
-    residual and the state of the fit.
+    """Return what was fitted, with its bounds.
+
+    The parameters of the model, the wind velocity, what widens the bounds, the residual and the
+    state of the fit.
     """
     values = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
     yield f"parameters (± is 2σ): {values}; x = q_ci / {result.reference_pressure:.2f} Pa"

@@ -55,8 +55,10 @@ _NOT_KEYS = {"on_condition_share", "seed", "flight"} | {c.key for c in CAMPAIGN_
 
 
 def keys_of(results: "pd.DataFrame", drawn: Sequence[str] = ()) -> list[str]:
-    """The columns of results that make a row of their table of means: maneuver, data system, model,
-    and all else that takes several values, but for the seeds and what is `drawn` at random.
+    """Return the columns of results that make a row of their table of means.
+
+    They are the maneuver, the data system, the model, and all else that takes several values, but
+    for the seeds and what is `drawn` at random.
     """
     random = tuple(f"{path}." for path in drawn)
     others = (n for n in map(str, results.columns) if not f"{n}.".startswith(random))
@@ -65,8 +67,9 @@ def keys_of(results: "pd.DataFrame", drawn: Sequence[str] = ()) -> list[str]:
 
 
 def means_of(results: "pd.DataFrame", drawn: Sequence[str] = ()) -> "pd.DataFrame":
-    """The means of results over the seeds and over what is `drawn`: a row for each combination of
-    all else that varies, in the order of the plan.
+    """Return the means of results over the seeds and over what is `drawn`.
+
+    A row stands for each combination of all else that varies, in the order of the plan.
     """
     keys, numbers = keys_of(results, drawn), {*results.select_dtypes("number")}
     texts = {name: results[name].map(_text) for name in keys if name not in numbers}
@@ -83,8 +86,9 @@ def _text(value: Any) -> str | None:
 
 
 def varied_columns(means: "pd.DataFrame") -> list[Column[dict[str, Any]]]:
-    """The columns of what varies in a table of means, but for the maneuver, the data system and the
-    model: `wind.speed_kt`.
+    """Return the columns of what varies in a table of means.
+
+    Such as `wind.speed_kt`; the maneuver, the data system and the model are in every table.
     """
     names = [n for n in map(str, means.columns) if n not in {*_NOT_KEYS, *_CHOICES}]
     numbers = {*means.select_dtypes("number")}
@@ -107,8 +111,10 @@ def campaign_tree(
     failures: Sequence[str] = (),
     drawn: Sequence[str] = (),
 ) -> list[Node]:
-    """The tree of a campaign: what it says, the bound of every flight and the curves over one
-    another, the table of its results against the truth, and the short answer of each flight.
+    """Return the tree of a campaign.
+
+    What it says, the bound of every flight and the curves over one another, the table of its
+    results against the truth, and the short answer of each flight.
 
     `results` as in results.parquet; `answers` are the first ones; `failures`: a sentence a flight
     that gave no result. `drawn` as for `means_of`.
@@ -152,8 +158,9 @@ MOST_CONDITIONS = 6  # that have a sentence each; the table has all
 
 
 def _best(table: "pd.DataFrame", varied: Sequence[Column[dict[str, Any]]]) -> Iterator[str]:
-    """Which maneuver has the narrowest bound, with what its truth says of it: a sentence for
-    each of the conditions that were flown.
+    """Give which maneuver has the narrowest bound, with what its truth says of it.
+
+    It is a sentence for each of the conditions that were flown.
     """
     every: dict[str, list[dict[str, Any]]] = {}
     for row in frame_rows(table):
@@ -164,8 +171,9 @@ def _best(table: "pd.DataFrame", varied: Sequence[Column[dict[str, Any]]]) -> It
 
 
 def _best_of(rows: Sequence[dict[str, Any]], table: "pd.DataFrame") -> str:
-    """The narrowest bound of some rows, narrowest first, and where the truth contradicts it the
-    narrowest that holds.
+    """Return the narrowest bound of some rows, narrowest first.
+
+    Where the truth contradicts it, the narrowest that holds is said too.
     """
     first, holding = rows[0], [row for row in rows if _holds(row)]
     truth = f"twice its true rms error is {2.0 * first['curve_rms_error_kt']:.2f} kt"
@@ -193,8 +201,9 @@ def _bound(row: dict[str, Any]) -> str:
 
 
 def _choice(row: dict[str, Any], table: "pd.DataFrame") -> str:
-    """What was chosen: maneuver and data system, and the model and calibration where there are
-    several.
+    """Return what was chosen.
+
+    Maneuver and data system, and the model and calibration where there are several.
     """
     others = [str(row[n]) for n in ("model", "calibration") if n in table and len({*table[n]}) > 1]
     return " ".join([_words((row["maneuver"], row["das"])), *(f"({n})" for n in others if n)])
@@ -206,8 +215,9 @@ _OFTEN_OUTSIDE = 0.7  # share inside ±2σ: a model below it cannot take the sha
 
 
 def _ranking(means: "pd.DataFrame") -> Iterator[str]:
-    """A small residual does not mean a small bound of the curve: said of one condition, for the
-    first model.
+    """Give what a small residual does not mean: a small bound of the curve.
+
+    It is said of one condition, for the first model.
     """
     table = means[means["model"] == means["model"].iloc[0]].set_index(["maneuver", "das"])
     if len(table) < 2 or not table.index.is_unique:

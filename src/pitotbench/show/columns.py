@@ -1,5 +1,6 @@
-"""The columns of a table, described once, and one renderer each for the terminal, HTML, Markdown
-and JSON.
+"""The columns of a table, described once.
+
+There is one renderer each for the terminal, HTML, Markdown and JSON.
 """
 
 import json
@@ -46,8 +47,10 @@ _SHELL_LETTERS = frozenset("&|<>^()")  # of the command prompt of Windows
 
 
 def command_line(words: Sequence[str], system: str = os.name) -> str:
-    """A command as it is pasted: on Windows for its command prompt, to which `&` and others of its
-    letters mean something, elsewhere for a POSIX shell.
+    """Return a command as it is pasted.
+
+    On Windows that is for its command prompt, to which `&` and others of its letters mean
+    something, elsewhere for a POSIX shell.
     """
     if system != "nt":
         return shlex.join(words)
@@ -55,8 +58,9 @@ def command_line(words: Sequence[str], system: str = os.name) -> str:
 
 
 def outside(text: str, style: str = "") -> "Text":
-    """One line of text from outside for a rich console or table: no markup, no emoji codes, no
-    control codes.
+    """Return one line of text from outside for a rich console or table.
+
+    It has no markup, no emoji codes and no control codes.
     """
     from rich.text import Text
 
@@ -125,8 +129,9 @@ def keyed(
 def print_table(
     columns: Sequence[Column[Row]], rows: Iterable[Row], console: "Console", title: str = ""
 ) -> None:
-    """Print a table to a terminal or a pipe, with its title on a line above; nothing where there is
-    no row.
+    """Print a table to a terminal or a pipe, with its title on a line above.
+
+    Nothing is printed where there is no row.
 
     Headings break between words where the terminal is narrow. No cell and no word is ever cut: a
     table that needs more is wider than the terminal.
@@ -234,8 +239,9 @@ def _html_heading(column: Column[Row]) -> str:
 
 
 def json_text(document: object) -> str:
-    """A document of mappings, sequences, text and numbers as strict JSON (RFC 8259), ending in a
-    line break.
+    """Return a document of mappings, sequences, text and numbers as strict JSON (RFC 8259).
+
+    It ends in a line break.
 
     A number that is not finite becomes null, because JSON cannot write it. Raises TypeError for
     anything else that JSON cannot hold.

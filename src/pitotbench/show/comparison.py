@@ -150,8 +150,10 @@ DIFFERENCE_COLUMNS: tuple[Column[TermChange], ...] = (
 
 
 def comparison_tree(found: ModelComparison) -> list[Node]:
-    """What changed in flight: sentences and the change of each channel; folded away the differences
-    of the files, the channels over time, and the phases of each.
+    """Return what changed in flight.
+
+    Sentences and the change of each channel; folded away are the differences of the files, the
+    channels over time, and the phases of each.
     """
     picture = (Figure("pitotbench.show.comparison.change_panels", (found,), "single"),)
     traces = (Figure("pitotbench.show.comparison.trace_panels", (found,), "single"),)

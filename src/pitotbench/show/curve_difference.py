@@ -20,8 +20,9 @@ _FEWEST_COMMON = 2
 
 @dataclass(frozen=True, slots=True)
 class CurveDifference:
-    """The correction of the second curve minus that of the first [m/s] at common indicated
-    airspeeds [m/s], (n,).
+    """The correction of the second curve minus that of the first [m/s], (n,).
+
+    It is at common indicated airspeeds [m/s].
 
     Where it is positive, the second airspeed indicator reads lower. `two_sigma` (n,) is pointwise;
     `simultaneous_two_sigma` (n,) holds at all airspeeds at once. Errors of the two curves are taken
@@ -72,8 +73,9 @@ def compare_curves(first: str, one: ErrorCurve, second: str, other: ErrorCurve) 
 
 
 def difference_sentence(found: CurveDifference) -> str:
-    """Say in one sentence where the second airspeed indicator reads lower or higher, and where none
-    shows.
+    """Say in one sentence where the second airspeed indicator reads lower or higher.
+
+    Say also where no difference shows.
     """
     speed, value, bound = (
         a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma)

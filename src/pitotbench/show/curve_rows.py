@@ -1,5 +1,7 @@
-"""An error curve in rows: its table, its card for the pilot, the samples behind it, and the points of
-fixed-speed methods beside it.
+"""An error curve in rows.
+
+Its table, its card for the pilot, the samples behind it, and the points of fixed-speed methods
+beside it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -57,8 +59,9 @@ def curve_points(curve: ErrorCurve) -> list[CurvePoint]:
 
 
 def published_at(curve: ErrorCurve, published: PublishedCurve) -> MetersPerSecond:
-    """Return the correction by a handbook at the airspeeds of a curve [m/s], (n,); NaN outside its
-    table.
+    """Return the correction by a handbook at the airspeeds of a curve [m/s], (n,).
+
+    NaN outside its table.
     """
     known = published.indicated_airspeed
     return np.interp(curve.indicated_airspeed, known, published.correction, np.nan, np.nan)
@@ -68,8 +71,10 @@ _MOST_DOTS = 900  # of the samples drawn: more make a page slow
 
 
 def samples_of(result: Calibration) -> tuple[Seconds, MetersPerSecond, MetersPerSecond]:
-    """What at most some 900 single samples say: their time [s], indicated airspeed and correction
-    [m/s], which is the curve less the residual, (n,) each. The middle 99 % of them.
+    """Return what at most some 900 single samples say, (n,) each.
+
+    Their time [s], indicated airspeed and correction [m/s], which is the curve less the residual;
+    the middle 99 % of them.
     """
     curve, residuals = result.curve, result.residuals
     thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
@@ -100,8 +105,9 @@ GLANCE_COLUMNS: tuple[Column[CurvePoint], ...] = (
 
 
 def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
-    """The points of a curve at round airspeeds and at its ends, few enough to be read at one
-    glance.
+    """Return the points of a curve at round airspeeds and at its ends.
+
+    They are few enough to be read at one glance.
     """
     points = curve_points(curve)
     for step in _STEPS:
@@ -112,8 +118,10 @@ def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
 
 
 def card_csv(result: Calibration, unit: str = "kt") -> str:
-    """The card as CSV, speeds in a unit such as `kmh`: the unit ends each column's name; all points
-    of the curve. The first row has the doubts, the airplane and the day of the flight.
+    """Return the card as CSV, with speeds in a unit such as `kmh`.
+
+    The unit ends each column's name; all points of the curve are there. The first row has the
+    doubts, the airplane and the day of the flight.
     """
     points, factor = curve_points(result.curve), KNOT / SUFFIXES[unit].factor
     columns = shown_columns(GLANCE_COLUMNS, points)

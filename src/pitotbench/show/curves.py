@@ -90,8 +90,9 @@ def curve_marks(
     truth: MetersPerSecond | None = None,
     limit: Limit | None = None,
 ) -> list[Mark]:
-    """The correction over indicated airspeed with ±2σ and the data behind it, the curves of other
-    models, the limit, and the truth where known.
+    """Return the marks of the correction over indicated airspeed with ±2σ.
+
+    The data behind it, the curves of other models, the limit, and the truth where known.
 
     The points of fixed-speed methods of the first lie over its curve, as in Martos et al. (2011),
     Fig. 13.
@@ -156,8 +157,9 @@ def banded(speed: Array, value: Array, bound: Array, color: str, label: str) -> 
 
 
 def parts_panels(log: FlightLog | None, result: Calibration, units: Units = BENCH) -> list[Panel]:
-    """The flight over time, with the parts that the calibration used in color; nothing where all of
-    it was.
+    """Return the flight over time, with the parts that the calibration used in color.
+
+    There is nothing where all of it was used.
     """
     if log is None or not result.left_out:
         return []
@@ -218,8 +220,10 @@ def point_marks(points: Sequence[FixedSpeedPoint]) -> list[Mark]:
 
 
 def bound_marks(curve: ErrorCurve, truth: MetersPerSecond | None) -> list[Mark]:
-    """The bound of each point, the band of the whole curve, the bound for white residuals, and the
-    true error where known.
+    """Return the marks of the bounds of a curve.
+
+    That of each point, the band of the whole curve, the bound for white residuals, and the true
+    error where known.
     """
     speed, value, bound = _in_knots(curve)
     whole, white = curve.simultaneous_two_sigma / KNOT, curve.white_two_sigma / KNOT
@@ -279,8 +283,9 @@ def residual_panels(result: Calibration, units: Units = BENCH) -> list[Panel]:
 
 
 def residual_autocorrelation(result: Calibration) -> tuple[Array, Array, int]:
-    """Lags [s], autocorrelation and number of one-second means of the residual; pauses do not
-    count.
+    """Return lags [s], autocorrelation and number of one-second means of the residual.
+
+    Pauses do not count.
     """
     second = np.floor(result.residuals.time - result.residuals.time[0]).astype(np.intp)
     filled = np.full(second[-1] + 1, np.nan)

@@ -31,8 +31,9 @@ SETTING_COLUMNS: tuple[Column[Setting], ...] = (
 
 
 def settings_lines(found: AutopilotSettings) -> list[str]:
-    """What the new parameters leave of the error, and the wash of a propeller where power was
-    recorded.
+    """Return what the new parameters leave of the error.
+
+    The wash of a propeller is said where power was recorded.
     """
     speed, bound = found.calibrated_airspeed / KNOT, found.bound / KNOT
     places = sorted({0, len(speed) // 2, len(speed) - 1})
@@ -102,8 +103,10 @@ TABLES = (".csv", ".html", ".xml")
 
 
 def _handbook(curve: ErrorCurve) -> list[Column[int]]:
-    """The columns for the airspeeds of a curve; those of the altimeter only where the static source
-    is known to err, up to the first height above the flight.
+    """Return the columns for the airspeeds of a curve.
+
+    Those of the altimeter are there only where the static source is known to err, up to the first
+    height above the flight.
     """
 
     def column(heading: str, unit: str, key: str, style: str, values: Array) -> Column[int]:
@@ -125,8 +128,9 @@ def _handbook(curve: ErrorCurve) -> list[Column[int]]:
 
 
 def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meters]:
-    """Return true minus indicated pressure altitude [m] and 2σ at an indicated pressure altitude
-    [m], (n,) each.
+    """Return true minus indicated pressure altitude [m] and its 2σ, (n,) each.
+
+    They are at an indicated pressure altitude [m].
 
     The static source reads Δp too high, with Δp/q_c of the curve at all heights (Gracey, NASA
     RP-1046, 1980). The 2σ grows with height as the correction does.
@@ -150,8 +154,9 @@ _BLANK = "_" * 24
 
 
 def who_and_when(made: Provenance) -> str:
-    """The airplane and the day of the flight for the top of a sheet, with a line to fill in what
-    the log does not tell.
+    """Return the airplane and the day of the flight for the top of a sheet.
+
+    A line is left to fill in what the log does not tell.
     """
     return f"Airplane: {made.airplane or _BLANK}. Flown on: {made.flown or _BLANK}."
 
@@ -209,8 +214,10 @@ def handbook_page(
 def jsbsim_system(
     curve: ErrorCurve | PublishedCurve, subject: str, doubts: Sequence[str] = ()
 ) -> str:
-    """A JSBSim system whose airspeed indicator reads as the airplane's, by a measured or published
-    curve: the indicated airspeed by the calibrated one. The doubts stand in its comment.
+    """Return a JSBSim system whose airspeed indicator reads as the airplane's.
+
+    It does so by a measured or published curve: the indicated airspeed by the calibrated one. The
+    doubts stand in its comment.
 
     Beyond the curve the outer correction stays. Raises BadInputError where an indicated airspeed
     belongs to two calibrated ones.
@@ -258,8 +265,9 @@ def table_text(
     doubts: Doubts = _NONE,
     made: Provenance | None = None,
 ) -> str:
-    """The curves of the configurations in the form that a file's suffix asks for: .csv, .html or
-    .xml (JSBSim); `made` names the airplane and the day.
+    """Return the curves of the configurations in the form that a file's suffix asks for.
+
+    That is .csv, .html or .xml (JSBSim); `made` names the airplane and the day.
 
     Raises BadInputError for an .xml of several configurations: the simulator has one airspeed
     indicator.

@@ -93,8 +93,9 @@ def _history_panel(flight: Flight, history: _History, tolerance: float, units: U
 
 
 def track_marks(flight: Flight) -> list[Mark]:
-    """The ground track, with its on-condition parts in color and an arrow in the direction of the
-    wind.
+    """Return the marks of the ground track, with its on-condition parts in color.
+
+    An arrow points in the direction of the wind.
     """
     east, north = flight["position_east"] / NAUTICAL_MILE, flight["position_north"] / NAUTICAL_MILE
     on = flight.on_condition.astype(np.float64)
@@ -110,8 +111,9 @@ def track_marks(flight: Flight) -> list[Mark]:
 
 
 def _draw_wind(axes: Axes, flight: Flight) -> None:
-    """Draw an arrow outside the axes, where it hides no track; its length does not depend on the
-    wind.
+    """Draw an arrow outside the axes, where it hides no track.
+
+    Its length does not depend on the wind.
     """
     wind = flight.case.wind
     if wind.speed <= 0.0:
@@ -133,8 +135,10 @@ def _draw_wind(axes: Axes, flight: Flight) -> None:
 
 
 def _steady_stretches(flight: Flight, values: Array, half: float) -> list[tuple[list[int], float]]:
-    """The first and the last row of every on-condition stretch in which a channel is held within
-    some half-widths, and the median of its values there; none without a half-width.
+    """Return every on-condition stretch in which a channel is held, and its median there.
+
+    A stretch is its first and its last row; held is what stays within some half-widths. There is
+    none without a half-width.
     """
     on = np.concatenate([[False], flight.on_condition, [False]]).astype(np.int8)
     pieces = np.flatnonzero(np.diff(on)).reshape(-1, 2).tolist() if half > 0.0 else []

@@ -88,8 +88,9 @@ BIN = 4.0  # s: long enough to average the sensor noise, short enough for the ph
 
 
 def map_panels(found: GapMap, _: Units = BENCH) -> list[Panel]:
-    """The map of the remaining gap first, then that without the named effects in the model, on one
-    scale.
+    """Return the map of the remaining gap first, then that without the named effects.
+
+    Both have one scale.
     """
     scale = max(2.0 * found.threshold, float(np.nanmax(np.abs(found.before))))
     note = (
@@ -189,8 +190,9 @@ def trace_panels(
 
 
 def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
-    """Return the channels that the patch changes visibly, the clearest first; without a patch,
-    those of the gap.
+    """Return the channels that the patch changes visibly, the clearest first.
+
+    Without a patch they are those of the gap.
     """
     clear: dict[
         str, float
@@ -207,8 +209,9 @@ def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
 
 
 def trace_marks(trace: Trace) -> list[Mark]:
-    """A residual channel, and its means over a few seconds and the change by the patch where it was
-    used.
+    """Return the marks of a residual channel and of its means over a few seconds.
+
+    The change by the patch is drawn where it was used.
     """
     since, used, shown = trace.time - trace.time[0], trace.used, unit_without_mass(trace.channel)
     measured, patched = trace.gap / shown.factor, trace.explained / shown.factor
@@ -234,8 +237,9 @@ def _averaged(time: Array, values: Array) -> tuple[Array, Array]:
 
 
 def history_panels(histories: Sequence[History], units: Units = BENCH) -> list[Panel]:
-    """The card flown again: the measured, the simulated and the patched history, segment after
-    segment.
+    """Return the card flown again, segment after segment.
+
+    The measured, the simulated and the patched history.
     """
     names = dict.fromkeys(history.quantity for history in histories)
     return [
@@ -265,8 +269,9 @@ BAND = 2.0  # standard deviations of the noise band
 
 
 def telling_panels(telling: TellingChannel, units: Units = BENCH) -> list[Panel]:
-    """The telling channel over time and over a variable, and the ground track, in the units of the
-    field.
+    """Return the telling channel over time and over a variable, and the ground track.
+
+    They are in the units of the field.
     """
     shown = (
         CHANNELS[telling.channel]
@@ -321,8 +326,9 @@ def telling_panels(telling: TellingChannel, units: Units = BENCH) -> list[Panel]
 
 
 def _in_field_units(telling: TellingChannel, unit: FieldUnit) -> tuple[Array, Array, float]:
-    """Gap, unexplained part and noise in the field's unit; a specific force times the mass is a
-    force.
+    """Return gap, unexplained part and noise in the field's unit.
+
+    A specific force times the mass is a force.
     """
     if is_force(telling.channel) and telling.mass is not None:
         scale = telling.mass / unit.factor

@@ -1,5 +1,6 @@
-"""A verdict in plain sentences: the missing effects, their sizes, the evidence, the formula of the
-rest.
+"""A verdict in plain sentences.
+
+The missing effects, their sizes, the evidence, the formula of the rest.
 """
 
 from collections.abc import Sequence
@@ -147,8 +148,9 @@ def part_words(part: str, causes: Sequence[str]) -> str:
 
 
 def sentences(account: Account) -> list[str]:
-    """The answer in plain sentences: what, how big and how sure, what it does to a calibration,
-    what is closed.
+    """Return the answer in plain sentences.
+
+    What, how big and how sure, what it does to a calibration, what is closed.
     """
     verdict = account.verdict
     lines = [_answer(verdict, account.aircraft)]
@@ -276,8 +278,9 @@ def percent(probability: float) -> str:
 
 
 def _best(verdict: Verdict) -> str:
-    """The best candidate of an unknown cause, with the reason why it is refused; empty without a
-    candidate.
+    """Return the best candidate of an unknown cause, with the reason why it is refused.
+
+    Empty without a candidate.
     """
     if not verdict.candidates:
         return ""
@@ -334,8 +337,9 @@ def remaining_features(features: Sequence[Feature]) -> list[Feature]:
 
 
 def features_limit(features: Sequence[Feature]) -> float:
-    """The deviations that the largest of some characteristic numbers exceeds by chance in one card
-    of twenty.
+    """Return how far the largest of some characteristic numbers is off by chance.
+
+    It is in deviations, and exceeded in one card of twenty.
 
     The deviation is that of a few flights, so the numbers are Student's; there are many of them
     (Bonferroni 1936).

@@ -39,8 +39,9 @@ def handbook_sentence(curve: ErrorCurve, published: PublishedCurve) -> str:
 
 
 def handbook_advice(result: Calibration, published: PublishedCurve) -> str:
-    """Say what to do where the correction of a handbook lies outside the bound of a curve: leave
-    out the parts that are flown there, or fly there again. Empty where none lies outside.
+    """Say what to do where the correction of a handbook lies outside the bound of a curve.
+
+    Leave out the parts that are flown there, or fly there again. Empty where none lies outside.
     """
     curve = result.curve
     speed = curve.indicated_airspeed

@@ -115,8 +115,9 @@ def inspection_sentences(found: LogInspection) -> list[str]:
 
 
 def inspection_tree(found: LogInspection, log: FlightLog | None = None) -> list[Node]:
-    """The account of a log: sentences, warnings, pictures of the `log`, questions, channels and
-    pauses.
+    """Return the account of a log.
+
+    Sentences, warnings, pictures of the `log`, questions, channels and pauses.
     """
     known = [] if log is None else filter(None, (airplane_of(log), day_of(log)))
     flight = ", ".join(known)
@@ -185,8 +186,9 @@ STEP_COLUMNS: tuple[Column[StepResponse], ...] = (
 
 
 def check_sentences(check: AircraftCheck) -> list[str]:
-    """The check in sentences: whether it can be flown, its engines and speeds, the channels it
-    lacks.
+    """Return the check of an aircraft in sentences.
+
+    Whether it can be flown, its engines and speeds, the channels it lacks.
     """
     flown = [m for m in check.maneuvers if not m.failure]
     answer = f"{check.aircraft}: {len(flown)} of {len(check.maneuvers)} maneuvers can be flown."
@@ -293,8 +295,9 @@ _SAID = {  # by figure, its words in the sentence
 
 
 def performance_tree(found: Performance) -> list[Node]:
-    """The performance of an aircraft, beside its handbook where there is one, and what was left
-    out.
+    """Return the performance of an aircraft.
+
+    Its handbook stands beside it where there is one, and what was left out.
     """
     picture = Figure("pitotbench.show.inspection_panels.performance_panels", (found,))
     tables = (

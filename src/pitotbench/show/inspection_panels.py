@@ -1,5 +1,6 @@
-"""The pictures of a log: speeds, height and track over time, the tracks flown, the bound to expect;
-and of an aircraft's performance.
+"""The pictures of a log, and of an aircraft's performance.
+
+Of a log: speeds, height and track over time, the tracks flown, and the bound to expect.
 """
 
 import numpy as np

@@ -103,9 +103,11 @@ CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
 
 
 def card_tree(card: HandCard) -> list[Node]:
-    """A card written by hand: what to add at each point of one configuration, its slips, the
-    points, and the curve of each configuration with what is assumed of it. A configuration with one
-    point has that in place of a curve.
+    """Return the tree of a card written by hand.
+
+    What to add at each point of one configuration, its slips, the points, and the curve of each
+    configuration with what is assumed of it. A configuration with one point has that in place of a
+    curve.
     """
     counted = Counter(p.configuration for p in card.points)
     found = [
@@ -227,8 +229,9 @@ PLAN_COLUMNS: tuple[Column[HandPlan], ...] = (
 def chosen_plan(
     plans: Sequence[HandPlan], want: float | None, minutes: float | None
 ) -> HandPlan | None:
-    """The shortest card with the wanted bound [m/s], else the best within the minutes, else the
-    best of all.
+    """Return the shortest card with the wanted bound [m/s].
+
+    Else it is the best within the minutes, else the best of all.
     """
     fitting = [plan for plan in plans if minutes is None or plan.minutes <= minutes]
     if want is not None:
@@ -282,8 +285,9 @@ def hand_plan_json(plans: Sequence[HandPlan], chosen: HandPlan | None) -> dict[s
 
 
 def card_sheet(plan: HandPlan | None = None) -> str:
-    """The HTML of a sheet to fill in, which prints on one page: empty, or with the legs that a plan
-    asks for.
+    """Return the HTML of a sheet to fill in, which prints on one page.
+
+    It is empty, or has the legs that a plan asks for.
     """
     legs, asked = 4, [""] * 24
     if plan is not None:

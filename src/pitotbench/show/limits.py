@@ -72,8 +72,9 @@ _RULES = {
 
 @dataclass(frozen=True, slots=True)
 class Margin:
-    """The smallest distance to a limit, negative beyond it, with its unit, and its indicated
-    airspeed [kt].
+    """The smallest distance to a limit with its unit, and its indicated airspeed [kt].
+
+    It is negative beyond the limit.
     """
 
     size: float
@@ -87,8 +88,9 @@ class Margin:
 
 @dataclass(frozen=True, slots=True)
 class LimitJudgment:
-    """A curve against one limit: the margin of the curve alone and that of the curve with its ±2σ
-    bound.
+    """A curve against one limit.
+
+    The margin of the curve alone and that of the curve with its ±2σ bound.
     """
 
     rule: str
@@ -120,8 +122,9 @@ class LimitJudgment:
 
 
 def limit_named(text: str) -> Limit | str | None:
-    """The limit of a flag: `far25`, `far23`, `none` (None), `auto` (itself), or your own such as
-    `2%,3kt,40ft`.
+    """Return the limit of a flag.
+
+    `far25`, `far23`, `none` (None), `auto` (itself), or your own such as `2%,3kt,40ft`.
 
     In an own limit, the altitude error [ft] is for each 100 kt and may be left out. Raises
     BadInputError for any other text.
@@ -141,8 +144,10 @@ def limit_named(text: str) -> Limit | str | None:
 
 
 def limit_for(result: Calibration, limit: Limit | str | None = AUTO) -> Limit | None:
-    """The limit that judges a curve: the one given, else by the Mach number FAR 23 or 25 for an
-    airplane's speeds. Both are rules of airplanes: none judges a drone or a glider.
+    """Return the limit that judges a curve.
+
+    It is the one given, else by the Mach number FAR 23 or 25 for an airplane's speeds. Both are
+    rules of airplanes: none judges a drone or a glider.
     """
     if not isinstance(limit, str):
         return limit
@@ -157,8 +162,9 @@ def limit_for(result: Calibration, limit: Limit | str | None = AUTO) -> Limit | 
 
 
 def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[LimitJudgment]:
-    """The curve against the limit of airspeed, and that of altitude where the static source is seen
-    to err.
+    """Return the curve against the limit of airspeed, and against that of altitude.
+
+    Altitude is judged where the static source is seen to err.
     """
     chosen = limit_for(result, limit)
     if chosen is None or not result.usable:  # no rule judges an answer that is not to be used

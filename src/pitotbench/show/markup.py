@@ -27,8 +27,9 @@ def page_of(
     sections: "Iterable[Section]" = (),
     after: Iterable[Node] = (),
 ) -> str:
-    """An answer as one self-contained page (HTML) in the reader's units, with finished sections
-    behind it, and nodes `after` them.
+    """Return an answer as one self-contained page (HTML) in the reader's units.
+
+    Finished sections stand behind it, and nodes `after` them.
     """
     drawn = [section for section in sections if section.html]
     return render(
@@ -69,8 +70,9 @@ def environment() -> Environment:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part of a page: its anchor, the group and the title in the page's index, its short answer,
-    its HTML.
+    """A part of a page.
+
+    Its anchor, the group and the title in the page's index, its short answer, its HTML.
     """
 
     anchor: str

@@ -50,8 +50,10 @@ _WIDER = 1.5  # times a panel of a page
 
 
 def in_one_line(record: object) -> str:
-    """The record in one line of text: its first sentence and its first doubt, in the order of its
-    tree. Raises TypeError for a record without one.
+    """Return the record in one line of text.
+
+    It is its first sentence and its first doubt, in the order of its tree. Raises TypeError for a
+    record without one.
     """
     nodes = [*nodes_in(_view_of(record, _TREES, "view in a notebook")(record), ANSWER)]
     firsts: dict[type, str] = {}
@@ -137,8 +139,9 @@ def judge(record: Calibration, rule: str) -> list[LimitJudgment]:
 
 
 def params(record: Calibration, autopilot: str) -> AutopilotSettings:
-    """Derive the parameters of an autopilot from a calibration; old values may follow its name, as
-    on a flag.
+    """Derive the parameters of an autopilot from a calibration.
+
+    Old values may follow its name, as on a flag.
     """
     name, stated = stated_parameters(autopilot)
     return autopilot_settings(

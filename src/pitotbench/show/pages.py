@@ -107,8 +107,9 @@ def campaign_page(
 def log_page(
     title: str, sections: Sequence[Section], units: Units = BENCH, first: Sequence[Node] = ()
 ) -> str:
-    """The HTML of calibrated logs, after what is of all; the line below the title says whether they
-    were measured or simulated.
+    """Return the HTML of calibrated logs, after what is of all.
+
+    The line below the title says whether they were measured or simulated.
     """
     origins = " and ".join(dict.fromkeys(section.group for section in sections))
     answers = [section.answer for section in sections]
@@ -127,8 +128,9 @@ def flights_page(
     units: Units = BENCH,
     course: OverDates | None = None,
 ) -> str:
-    """The HTML of calibrated flights, in the reader's units, after the course of their correction
-    over dates. `limit` as for `judgments`.
+    """Return the HTML of calibrated flights, in the reader's units.
+
+    The course of their correction over dates comes first. `limit` as for `judgments`.
     """
     sections = [
         log_section(
@@ -155,8 +157,9 @@ def flight_section(
     tolerances: Mapping[str, float] | None,
     units: Units = BENCH,
 ) -> Section:
-    """The section of a simulated flight as one data system (`20/1`) recorded it, in the reader's
-    units.
+    """Return the section of a simulated flight as one data system (`20/1`) recorded it.
+
+    It is in the reader's units.
 
     `truth`: true correction [m/s] by model. `tolerances`: see `flight_panels`; None where another
     section draws the
@@ -202,8 +205,9 @@ def log_section(
 def calibration_record(
     flights: Sequence[Calibration], limit: Limit | str | None = AUTO, units: Units = BENCH
 ) -> str:
-    """The record of one curve, from one flight or from several with a wind each, as a page of two
-    sheets. `limit` as for `judgments`.
+    """Return the record of one curve as a page of two sheets.
+
+    The curve is from one flight, or from several with a wind each. `limit` as for `judgments`.
     """
     first = flights[0]
     tree = calibration_tree("", {first.model: first}, limit, flights=flights)

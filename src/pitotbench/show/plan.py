@@ -1,5 +1,6 @@
-"""A plan in numbers and sentences: one row a maneuver in order of merit, the advice, the improved
-card.
+"""A plan in numbers and sentences.
+
+One row a maneuver in order of merit, the advice, the improved card.
 """
 
 from collections.abc import Sequence
@@ -22,8 +23,9 @@ from pitotbench.units import DEGREE, KNOT, MINUTE, NAUTICAL_MILE
 
 
 def plan_advice(plan: Plan) -> list[str]:
-    """The recommendation: what to fly, how often, what to fly without steep turns, and the improved
-    card.
+    """Return the recommendation.
+
+    What to fly, how often, what to fly without steep turns, and the improved card.
     """
     if plan.best is None:
         return ["No maneuver fits into the minutes and the box: allow more of either."]
@@ -54,8 +56,9 @@ def plan_advice(plan: Plan) -> list[str]:
 
 
 def _sooner(plan: Plan, best: Forecast, want: float) -> list[str]:
-    """Which maneuver would give the wanted bound in less time, were one of it not longer than the
-    minutes of the request.
+    """Return which maneuver would give the wanted bound in less time.
+
+    It would, were one of it not longer than the minutes of the request.
     """
     others = (f for f in plan.forecasts if f.fits(plan.box) and not f.ends_in(plan.minutes))
     first = min(others, key=lambda f: f.times_for(want) * f.minutes, default=best)
@@ -208,8 +211,9 @@ def _round(value: float, unit: float = 1.0) -> float:
 
 
 def _bank_words(leg: BriefedLeg) -> str:
-    """The bank of a leg and the angle that it turns through, in whole turns and degrees: `45° right,
-    3 turns and 70°`.
+    """Return the bank of a leg and the angle that it turns through.
+
+    Such as `45° right, 3 turns and 70°`.
     """
     bank = _round(leg.bank, DEGREE)
     if not bank:

@@ -40,8 +40,9 @@ _SQUARE = (3.8, 3.6)  # in
 
 
 def bounds_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
-    """The pictures of a plan, a row a card: its bound flown once, and the minutes for the wanted
-    one where there is one.
+    """Return the pictures of a plan, a row a card.
+
+    Its bound flown once, and the minutes for the wanted one where there is one.
     """
     rows = _rows(plan)
     size = (WIDE[0], 0.9 + _ROW * len(rows))
@@ -120,8 +121,10 @@ def _named_dots(
     texts: Sequence[str],
     spreads: Sequence[float] | None = None,
 ) -> list[Mark]:
-    """A dot a card in a row of its own with its name at the axis and a text beside it; hollow where
-    it does not fit into the minutes or the box of the request.
+    """Return a dot a card in a row of its own, with a text beside it.
+
+    Its name stands at the axis; it is hollow where the card does not fit into the minutes or the
+    box of the request.
     """
     marks: list[Mark] = []
     for row, each in enumerate(rows):

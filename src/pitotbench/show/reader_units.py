@@ -40,8 +40,9 @@ _NUMBERS = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """The suffixes of the reader's units of speed, length, temperature and pressure, and who chose
-    them: `default`, `stated`, or a file.
+    """The suffixes of the reader's units, and who chose them.
+
+    They are of speed, length, temperature and pressure; `default`, `stated` or a file chose them.
     """
 
     speed: str = "kt"
@@ -57,8 +58,9 @@ class Units:
         return ",".join(w for suffix, all_ in own.items() for w, s in all_.items() if s == suffix)
 
     def text(self, text: str) -> str:
-        """A text written in kt, ft, °C and inHg, as it is read in these units; a quoted rule keeps
-        its own.
+        """Return a text written in kt, ft, °C and inHg as it is read in these units.
+
+        A quoted rule keeps its own.
         """
         return with_minus_signs(_NUMBERS.sub(self._translated, text)).replace(QUOTED, " ")
 
@@ -67,8 +69,9 @@ class Units:
         return [*columns] if self == BENCH else [self._column(each) for each in columns]
 
     def scale(self, unit: str) -> tuple[float, str]:
-        """How many of the reader's units one of the bench's is, and the symbol; of another unit
-        1.
+        """Return how many of the reader's units one of the bench's is, and the symbol.
+
+        Of another unit it is 1.
         """
         written, read, _ = self._units(unit)
         return written.factor / read.factor, read.symbol or unit
@@ -117,9 +120,10 @@ BENCH = Units()
 
 
 def reader_units(stated: str = "") -> Units:
-    """The units that are stated, such as `km/h,m`, else those of the line `units` in the user's
-    configuration: `pitotbench.toml` in the folder of the system for it, or the file that the
-    variable PITOTBENCH_CONFIG names.
+    """Return the units that are stated, such as `km/h,m`, else the user's own.
+
+    These are on the line `units` of the user's configuration: `pitotbench.toml` in the folder of
+    the system for it, or the file that the variable PITOTBENCH_CONFIG names.
 
     Raises BadInputError for words that are no units, and for a file that is not TOML.
     """

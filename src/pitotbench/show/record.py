@@ -1,5 +1,6 @@
-"""The record for the file: of a calibration, and of a reconciliation in the order of a
-qualification test.
+"""The record for the file, of a calibration and of a reconciliation.
+
+That of a reconciliation is in the order of a qualification test.
 """
 
 from collections.abc import Iterable, Sequence
@@ -136,8 +137,9 @@ WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
 
 
 def flights_checks(flights: Sequence[Calibration]) -> list[Check]:
-    """Return the checks of flights with one curve: of several, each in the flight where it is
-    worst.
+    """Return the checks of flights with one curve.
+
+    Of several, each is that of the flight where it is worst.
     """
     found = [
         [

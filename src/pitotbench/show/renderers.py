@@ -74,8 +74,10 @@ def plain_table(
 def plain_of(
     nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS
 ) -> list[dict[str, Any]]:
-    """An answer as texts by the kinds of its nodes down to a depth, for a page that draws the
-    pictures and gives the files itself: of these the place alone is printed.
+    """Return an answer as texts by the kinds of its nodes down to a depth.
+
+    It is for a page that draws the pictures and gives the files itself: of these the place alone is
+    printed.
     """
     return [
         {"kind": type(node).__name__.lower(), "first": getattr(node, "first", False)}

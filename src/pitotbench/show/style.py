@@ -83,8 +83,10 @@ def panel(
     legend_columns: int = 3,
     units: Units = BENCH,
 ) -> Panel:
-    """A panel of a size [in] with the axes that `draw` fills in the units of the bench, read in
-    those of the reader, several below one another; labeled artists go to a legend above the data.
+    """Return a panel of a size [in] with the axes that `draw` fills.
+
+    They are filled in the units of the bench and read in those of the reader, several below one
+    another; labeled artists go to a legend above the data.
     """
     draws = draw if isinstance(draw, Sequence) else [draw]
     with stacked(draws, size, legend_columns, units) as figure:
@@ -167,8 +169,9 @@ def stacked(
     legend_columns: int,
     units: Units = BENCH,
 ) -> Iterator[Figure]:
-    """The figure of several axes, one below the other, with one range of x and one legend without
-    repetitions.
+    """Give the figure of several axes, one below the other.
+
+    They have one range of x and one legend without repetitions.
     """
     with canvas(len(draws), 1, *size) as (figure, every):
         named: dict[str, Artist] = {}
@@ -217,8 +220,9 @@ def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:
 def canvas(
     rows: int, columns: int, width: float, height: float
 ) -> Iterator[tuple[Figure, list[Axes]]]:
-    """A styled figure [in] with its axes in reading order; drawing and saving happen inside the
-    `with`.
+    """Give a styled figure [in] with its axes in reading order.
+
+    Drawing and saving happen inside the `with`.
     """
     with mpl.rc_context(_SHEET):  # type: ignore[arg-type]
         figure = Figure(figsize=(width, height), layout="constrained")
@@ -226,8 +230,9 @@ def canvas(
 
 
 def svg(figure: Figure, label: str) -> str:
-    """The figure as an SVG element without a fixed size, so that a page can scale it; `label` is
-    read aloud.
+    """Return the figure as an SVG element without a fixed size, so that a page can scale it.
+
+    `label` is read aloud.
     """
     layout = figure.get_layout_engine()
     if layout is not None:

@@ -66,9 +66,11 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """Pictures, drawn only by a renderer that shows them: the name of the function that draws
-    them, and its arguments before the reader's units. `layout`: `main` for the answer's, `wide`,
-    `narrow`, `whole` for those that fill the page, or `single` for one that shrinks with it.
+    """Pictures, drawn only by a renderer that shows them.
+
+    The name of the function that draws them, and its arguments before the reader's units. `layout`:
+    `main` for the answer's, `wide`, `narrow`, `whole` for those that fill the page, or `single` for
+    one that shrinks with it.
     """
 
     drawn_by: str

@@ -73,8 +73,9 @@ FEATURE_COLUMNS: tuple[Column[Feature], ...] = (
 
 
 def noticed(features: tuple[Feature, ...]) -> list[Feature]:
-    """The features that differ, with or without the patch, by more than two flights of one airplane
-    by chance.
+    """Return the features that differ by more than two flights of one airplane by chance.
+
+    They do so with or without the patch.
     """
     limit = features_limit(features)
     return [

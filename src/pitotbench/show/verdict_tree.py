@@ -1,5 +1,6 @@
-"""The tree of a reconciliation: the verdict, what is added to the model, where the gap is, the card
-flown again. One for all voices; its page and its record.
+"""The tree of a reconciliation, one for all voices; its page and its record.
+
+The verdict, what is added to the model, where the gap is, and the card flown again.
 """
 
 from collections.abc import Sequence
@@ -80,8 +81,10 @@ _TOLERANCES = (
 
 
 def account_tree(account: Account) -> list[Node]:
-    """The tree of an account: the answer and its picture, what is added to the model, the places of
-    the gap, the card flown again, and what it rests on.
+    """Return the tree of an account.
+
+    The answer and its picture, what is added to the model, the places of the gap, the card flown
+    again, and what it rests on.
     """
     verdict, clearest = account.verdict, account.telling
     # The steps are of the flight with the largest gap, the closure is of all.
@@ -141,8 +144,9 @@ def account_tree(account: Account) -> list[Node]:
 
 
 def _warnings(account: Account) -> list[Node]:
-    """What was said of the logs: what may move the answer as doubts, how they were read as
-    notices.
+    """Return what was said of the logs.
+
+    What may move the answer are doubts, how they were read notices.
     """
     return [
         *(Doubt(each) if is_doubt(each) else Notice(each) for each in account.warnings),
@@ -248,8 +252,9 @@ def _flown(flown: FlownAgain) -> list[Node]:
 
 
 def _shortfall(flown: FlownAgain) -> str:
-    """What the patch does not bring within the tolerance as often as two flights of one airplane
-    are.
+    """Return what the patch does not bring within the tolerance often enough.
+
+    Often enough is as often as two flights of one airplane are.
     """
     short = [t.quantity for t in flown.tolerances if t.after < t.by_chance - _SHORT]
     if not short:
@@ -299,8 +304,9 @@ def account_page(account: Account, units: Units = BENCH) -> str:
 
 
 def reconciliation_record(account: Account, made: Provenance, units: Units = BENCH) -> str:
-    """The record of a reconciliation, in the order of a qualification test: objective to statement,
-    and checks.
+    """Return the record of a reconciliation, in the order of a qualification test.
+
+    It goes from objective to statement, and has the checks.
     """
     lines = [
         f"Card of {each.log}: {words(each.maneuver or 'not known')}" for each in account.flights

@@ -7,7 +7,7 @@ import pytest
 from tests.logbook import sample_log as sample
 
 from pitotbench import BadInputError, read_log
-from pitotbench.logbook.checks import flights_in
+from pitotbench.logbook.flight_parts import flights_in
 from pitotbench.timeline import minutes_text
 
 

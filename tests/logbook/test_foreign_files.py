@@ -14,8 +14,8 @@ from tests.logbook import foreign_files as foreign
 from tests.logbook import sample_log as sample
 
 from pitotbench import BadInputError, FlightLog, air, read_log, write_log
-from pitotbench.logbook.checks import kind_of
 from pitotbench.logbook.columns import Table, clock_seconds
+from pitotbench.logbook.identity import kind_of
 from pitotbench.logbook.matlab import read_mat
 from pitotbench.logbook.reading import log_of, needs_mapping
 from pitotbench.records import USUAL_ACCURACIES

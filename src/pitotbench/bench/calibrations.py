@@ -307,7 +307,7 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
 
     from pitotbench import air
     from pitotbench.campaigns.digests import file_sha256
-    from pitotbench.logbook.checks import airplane_of, day_of, kind_of
+    from pitotbench.logbook.identity import airplane_of, day_of, kind_of
     from pitotbench.records.outputs import file_name
 
     name, channels = "in memory", {} if log is None else log.channels()

@@ -7,9 +7,10 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.logbook.bundle import logs_in, opened
-from pitotbench.logbook.checks import airplane_of, flights_in
 from pitotbench.logbook.columns import START
 from pitotbench.logbook.draft import MissingColumnsError
+from pitotbench.logbook.flight_parts import flights_in
+from pitotbench.logbook.identity import airplane_of
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog, FlightSummary

@@ -13,8 +13,8 @@ from pitotbench.calibration.flights import DISAGREE
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.over_dates import over_dates
 from pitotbench.campaigns.fleet import progress
-from pitotbench.logbook.checks import airplane_of
 from pitotbench.logbook.columns import MAPPING, PARAMETERS
+from pitotbench.logbook.identity import airplane_of
 from pitotbench.logbook.same_flight import distinct, recorders_notices
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import CalibratedFlight, PublishedCurve

@@ -15,7 +15,7 @@ from pitotbench.calibration.observations import (
 )
 from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptions
 from pitotbench.channels import CHANNELS
-from pitotbench.logbook.checks import flights_in
+from pitotbench.logbook.flight_parts import flights_in
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.records.log import Caution, ChannelSummary, FlightLog, LogInspection, Question

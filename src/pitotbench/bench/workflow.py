@@ -15,8 +15,8 @@ from pitotbench.campaigns.flights import briefing
 from pitotbench.catalog import Catalog
 from pitotbench.effects import FORMULAS
 from pitotbench.effects.effect import Effect
-from pitotbench.logbook.checks import require_one_airplane
 from pitotbench.logbook.columns import write_text
+from pitotbench.logbook.identity import require_one_airplane
 from pitotbench.logbook.same_flight import distinct, recorders
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.models.coefficients import measured_coefficients

@@ -19,11 +19,8 @@ from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, 
 from pitotbench.calibration.result import assemble
 from pitotbench.estimation.information import Information, information_from
 from pitotbench.estimation.mixture import Posterior
-from pitotbench.logbook.checks import (
-    flights_between_stops,
-    flights_in,
-    require_one_airplane,
-)
+from pitotbench.logbook.flight_parts import flights_between_stops, flights_in
+from pitotbench.logbook.identity import require_one_airplane
 from pitotbench.logbook.same_flight import overlap, recorders
 from pitotbench.normal_equations import ROUNDING, inverse
 from pitotbench.records import BadInputError, NoAnswerError

@@ -3,10 +3,10 @@
 CSV, Parquet and .mat have units as column suffixes; foreign logs are read by a mapping.
 """
 
-from pitotbench.logbook.checks import flights_in as flights_in
 from pitotbench.logbook.columns import QUANTITIES as QUANTITIES
 from pitotbench.logbook.columns import atomic as atomic
 from pitotbench.logbook.columns import write_text as write_text
+from pitotbench.logbook.flight_parts import flights_in as flights_in
 from pitotbench.logbook.formats import FORMATS as FORMATS
 from pitotbench.logbook.formats import write_log as write_log
 from pitotbench.logbook.mapping import find_mapping as find_mapping

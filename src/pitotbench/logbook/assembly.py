@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Iterable, Sequence
 
-from pitotbench.logbook.checks import CHECKS, CLOCK_CHECKS, keep_new_airspeeds
+from pitotbench.logbook.checks import CHECKS, CLOCK_CHECKS
 from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings
 from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import Draft, draft_of, require
+from pitotbench.logbook.stuck_sensors import keep_new_airspeeds
 from pitotbench.records import BadInputError
 from pitotbench.records.log import START as FIRST_ROW
 from pitotbench.records.log import FlightLog

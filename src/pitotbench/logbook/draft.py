@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.channels import Channel, numbers_from
+from pitotbench.channels import Channel
 from pitotbench.logbook.columns import (
     OPTIONAL,
     QUANTITIES,
@@ -38,7 +38,8 @@ _INSTEAD = {
 }
 _HEIGHT_IS_ENOUGH = " A height that you know is enough: --height 2000 (ft) or 600m states it."
 _NO_AIRSPEED = " No airspeed is logged: give the log of the box that shows it."
-_SHOWN_RANGES = 5  # of rows that a sentence names
+_SHOWN = 3  # single rows that a sentence names
+_SHOWN_RANGES = 5  # ranges of rows, likewise
 _FEWEST_ROWS = 2
 _FEWEST_OURS = 3  # names of needed quantities that a log of ours has, whatever else it lacks
 
@@ -143,6 +144,12 @@ class Draft:
     def named(self, bad: Booleans) -> str:
         """Return the marked rows in words, for example `rows 3–7, 12`."""
         return name_rows(self.rows[bad])
+
+    def before(self, after: NDArray[np.intp]) -> str:
+        """Return in words the place before some rows: of many, the first three are named."""
+        rows = ", ".join(str(self.rows[i]) for i in after[:_SHOWN])
+        others = " and others" if len(after) > _SHOWN else ""
+        return f"before row{'s' if len(after) > 1 else ''} {rows}{others}"
 
 
 def draft_of(table: Table) -> Draft:
@@ -271,87 +278,3 @@ def name_rows(rows: NDArray[np.intp]) -> str:
     ranges = [f"{a}" if a == b else f"{a}–{b}" for a, b in zip(first, last, strict=True)]
     more = f" and {len(ranges) - _SHOWN_RANGES} more places" if len(ranges) > _SHOWN_RANGES else ""
     return f"row{'s' if len(rows) > 1 else ''} {', '.join(ranges[:_SHOWN_RANGES])}{more}"
-
-
-_SLOWEST = 2.0  # times the median number of rows between fixes: a longer blank is a failure, not a slow GPS
-_ODD = 0.05  # share of the intervals that may be longer or shorter: a failure now and then
-
-
-def hold_fixes(draft: Draft) -> None:
-    """Repeat the velocity where it is blank at regular intervals, and mark the fixes.
-
-    The rows that hold a fix are marked.
-
-    Rows before the first fix are dropped. Irregular blanks stay; the check for numbers handles
-    them.
-    """
-    fresh = np.isfinite(draft.channels["velocity_north"])
-    steps = np.diff(np.flatnonzero(fresh))
-    if fresh.all() or not _regular(steps):
-        return
-    interval = float(np.median(steps))
-    # The latest row with a fix, for each row: a running maximum of row numbers.
-    fix = np.maximum.accumulate(np.where(fresh, np.arange(len(fresh)), 0))
-    held = np.arange(len(fresh)) - fix < _SLOWEST * interval  # in a failure nothing is held
-    for name in numbers_from("gps"):
-        values = draft.channels.get(name)
-        if values is not None and np.array_equal(np.isfinite(values), fresh):
-            draft.channels[name] = np.where(held, values[fix], np.nan)
-    if "gps_fresh" not in draft.channels:
-        draft.put("gps_fresh", fresh, draft.columns["velocity_north"])
-    draft.drop(
-        np.arange(len(fresh)) < int(np.argmax(fresh)),
-        f"column {draft.columns['velocity_north']!r} is blank between fixes (one in {interval:.0f} "
-        "rows): held from fix to fix",
-    )
-
-
-def _regular(steps: NDArray[np.intp]) -> bool:
-    """Return whether fixes come every two rows or more, at nearly equal intervals.
-
-    Few of the intervals may differ much from the median.
-    """
-    if len(steps) < 2:
-        return False
-    usual = float(np.median(steps))
-    odd = (steps > _SLOWEST * usual) | (steps < usual / _SLOWEST)
-    return usual >= 2.0 and float(odd.mean()) <= _ODD
-
-
-# share of rows for which a channel that is not needed is given up no sooner than the rows
-_FEW = 0.01
-_MOST = 0.5  # share of rows that may be skipped: of less than half a log nobody knows whether it is the right half
-
-
-def check_numbers(draft: Draft) -> None:
-    """Skip the rows where a needed channel is not a number.
-
-    Leave out other channels that often are not.
-
-    Raises BadInputError where more than half of the rows would be skipped, or where the clock often
-    stands blank.
-    """
-    # rows skipped may be those of the others
-    quantities = sorted(draft.numeric(), key=lambda q: not q.essential)
-    for quantity in quantities:
-        bad = ~np.isfinite(draft.channels[quantity.name])
-        if not bad.any():
-            continue
-        share, column = float(bad.mean()), draft.columns[quantity.name]
-        words = f"{int(bad.sum())} of {len(bad)} values are not numbers ({draft.named(bad)})"
-        if share > _FEW and not quantity.essential:
-            draft.leave_out(quantity.name, words)
-            continue
-        if share > (_FEW if quantity.name == "time" else _MOST):
-            raise BadInputError(
-                f"column {column!r}: {words}: too few rows remain; cut the log to a whole part"
-            )
-        extent = "" if share <= _FEW else f", {share:.0%} of the log, {_seconds(draft, bad):.0f} s"
-        draft.drop(bad, f"column {column!r}: {words}{extent}: those rows are dropped")
-
-
-def _seconds(draft: Draft, bad: Booleans) -> float:
-    """The time that the rows cover [s], by the usual time between rows."""
-    steps = np.diff(draft.channels["time"])
-    known = steps[np.isfinite(steps)]
-    return float(np.median(known)) * float(bad.sum()) if len(known) else 0.0

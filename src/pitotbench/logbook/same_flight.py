@@ -11,8 +11,8 @@ from itertools import combinations
 
 import numpy as np
 
-from pitotbench.logbook.checks import airplane_of
 from pitotbench.logbook.columns import START
+from pitotbench.logbook.identity import airplane_of
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.timeline import Indices, interval
 from pitotbench.units import Seconds

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.logbook.checks import airplane_of, day_of
+from pitotbench.logbook.identity import airplane_of, day_of
 from pitotbench.records.aircraft import AircraftCheck, Attached, ManeuverCheck, StepResponse
 from pitotbench.records.log import ChannelSummary, FlightLog, FlightSummary, LogInspection, Question
 from pitotbench.records.performance import Performance, PerformanceFigure

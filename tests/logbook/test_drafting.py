@@ -11,8 +11,9 @@ from tests.logbook.test_foreign_files import assert_same_flight
 
 from pitotbench import air, read_log
 from pitotbench.cli.app import main
+from pitotbench.logbook.column_guesses import guesses
 from pitotbench.logbook.columns import QUANTITIES, Table, numbered
-from pitotbench.logbook.drafting import draft_mapping, guesses, mapping_text
+from pitotbench.logbook.drafting import draft_mapping, mapping_text
 from pitotbench.logbook.reading import read_table
 
 FLOWN = foreign.flight()

@@ -12,7 +12,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.logbook.columns import Table, numbers
-from pitotbench.logbook.derived import MEDIAN_OF_NORMAL
+from pitotbench.logbook.ground_velocity import MEDIAN_OF_NORMAL
 from pitotbench.logbook.guess import Guess
 from pitotbench.units import DEGREE, Array, to_si
 

@@ -1,61 +1,35 @@
 """Channels computed from what a display shows.
 
 Pressures come from airspeed and altitude, velocity from speed and track.
-
-A display shows steps. Within a step nobody knows the value, so that half a step and less stays as a
-constant error of each reading. The header's table `display` holds the steps, from which the
-calibration widens its bound, and `accuracy` what they leave of the velocity, where the header does
-not state another one.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
 from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.airdata import NEEDED, mean_wind
 from pitotbench.logbook.columns import (
     AIR_DATA,
     DAY,
     HEIGHT,
-    PLACE,
     START,
-    Table,
     clock_seconds,
     joined_clock,
-    numbers,
-    parse_column,
     zone_seconds,
 )
+from pitotbench.logbook.directions import form_attitude, form_heading
+from pitotbench.logbook.displays import display_step, state_accuracy, table_in
 from pitotbench.logbook.draft import Draft
-from pitotbench.records import USUAL_ACCURACIES, BadInputError
-from pitotbench.records.log import (
-    GUESSED,
-    NAMED,
-    OF_FIXES,
-    PRESSURE,
-    UNITS_BY,
-    UNITS_OF_A_LOG,
-    Caution,
-)
-from pitotbench.units import DEGREE, Array, Booleans, Radians, Seconds, from_si, to_si
+from pitotbench.logbook.ground_velocity import FEWEST_FIXES, form_velocity
+from pitotbench.records import USUAL_ACCURACIES
+from pitotbench.records.log import GUESSED, NAMED, PRESSURE, UNITS_BY, UNITS_OF_A_LOG
+from pitotbench.units import Array, Seconds
 
-# 2σ of a value known to one step, in steps.
-_TWO_SIGMA = float(2.0 / np.sqrt(12.0))
 _SINCE_1970 = (3e8, 1e10)  # s: a clock between them counts from 1970
-_EQUATOR = 6378137.0  # m, WGS 84 (NIMA TR 8350.2)
-_ECCENTRICITY_SQUARED = 0.00669437999  # likewise
-_FEWEST_FIXES = 16  # of which a velocity or a temperature is formed
-MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
-_FINE = 1e-3  # of the median size of the values: a finer step does not matter
 _SLOWEST_MACH = 0.1  # below it the steps of a Mach number are too coarse
 _FAR = 5.0  # median departures from the usual one
 _CLIMBED = 6.5  # K of the standard day, a kilometer
-_ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
 
 
 def derive(draft: Draft, header: dict[str, Any]) -> None:
@@ -74,9 +48,9 @@ def derive(draft: Draft, header: dict[str, Any]) -> None:
     _units_by(draft, header)
     _temperature(draft, header)
     _airspeed(draft, header)
-    _velocity(draft, header)
-    _attitude(draft)
-    _heading(draft)
+    form_velocity(draft, header)
+    form_attitude(draft)
+    form_heading(draft)
 
 
 def _units_by(draft: Draft, header: dict[str, Any]) -> None:
@@ -163,7 +137,7 @@ def _temperature(draft: Draft, header: dict[str, Any]) -> None:
     with np.errstate(all="ignore"):
         excess = np.square(fast / mach / air.sound_speed(1.0)) - standard
     new = np.isfinite(excess) & (np.diff(excess, prepend=np.nan) != 0.0) & (mach > _SLOWEST_MACH)
-    if int(new.sum()) < _FEWEST_FIXES:
+    if int(new.sum()) < FEWEST_FIXES:
         return
     departure = float(np.median(excess[new]))
     near = new & (np.abs(excess - departure) < _FAR * np.median(np.abs(excess[new] - departure)))
@@ -184,7 +158,7 @@ def _temperature(draft: Draft, header: dict[str, Any]) -> None:
         f"{draft.columns[source]!r}: {level:+.1f} K from a standard day, ±{spread:.1f} K (2σ)"
     )
     if spread > USUAL_ACCURACIES["temperature_k"]:
-        _state_accuracy(header, "temperature_k", spread)
+        state_accuracy(header, "temperature_k", spread)
 
 
 # What stands for the impact pressure where the log does not hold it, the nearest to the sensor
@@ -218,7 +192,7 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
         step = display_step(shown, draft.suffixes[source])
         if step > 0.0:
             draft.displayed.add("impact_pressure")
-            header["display"] = {**_table(header, "display"), "airspeed_mps": step}
+            header["display"] = {**table_in(header, "display"), "airspeed_mps": step}
         return
 
 
@@ -290,7 +264,7 @@ def _altitude(draft: Draft, header: dict[str, Any]) -> None:
             from pitotbench.logbook.stated_height import take_height  # most logs hold a height
 
             accuracy = take_height(draft, str(header[HEIGHT]), _SEA_LEVEL)
-            _state_accuracy(header, "static_pressure_pa", accuracy)
+            state_accuracy(header, "static_pressure_pa", accuracy)
             draft.displayed.add("static_pressure")
         return
     pressure = np.asarray(air.standard_pressure(pressure_altitude))
@@ -301,344 +275,9 @@ def _altitude(draft: Draft, header: dict[str, Any]) -> None:
             f"a standard day there, ±{unknown:.0f} m (2σ)"
         )
         a_meter = air.standard_pressure(_FIELD) - air.standard_pressure(_FIELD + 1.0)
-        _state_accuracy(header, "static_pressure_pa", float(unknown * a_meter))
+        state_accuracy(header, "static_pressure_pa", float(unknown * a_meter))
     if (
         display_step(pressure_altitude, draft.suffixes[source]) > 0.0
         or source != "pressure_altitude"
     ):
         draft.displayed.add("static_pressure")
-
-
-def _state_accuracy(header: dict[str, Any], name: str, two_sigma: float) -> None:
-    """Put the accuracy of a channel into the header, unless the header states one."""
-    header["accuracy"] = {name: two_sigma, **_table(header, "accuracy")}
-
-
-_COMPONENTS = ("velocity_north", "velocity_east")
-
-
-def _place(latitude: Radians, longitude: Radians) -> str:
-    """The middle of the positions of a log, to a mile."""
-    north, east = (float(np.nanmedian(each)) / DEGREE for each in (latitude, longitude))
-    return f"{abs(north):.2f}° {'NS'[north < 0.0]} {abs(east):.2f}° {'EW'[east < 0.0]}"
-
-
-def _velocity(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the velocity from ground speed and track, else from positions.
-
-    Where the log holds it in coarse steps, it is formed only from a finer ground speed and track.
-    """
-    speed, track, magnetic = (
-        draft.channels.pop(name, None) for name in ("ground_speed", "track", "magnetic_track")
-    )
-    latitude, longitude = (
-        draft.channels.pop("latitude", None),
-        draft.channels.pop("longitude", None),
-    )
-    if latitude is not None and longitude is not None and np.isfinite(latitude + longitude).any():
-        header[PLACE] = _place(latitude, longitude)
-    given = [name for name in _COMPONENTS if name in draft.channels]
-    steps = [display_step(draft.channels[name], draft.suffixes[name]) for name in given]
-    coarse = len(given) == 2 and _TWO_SIGMA * min(steps) > USUAL_ACCURACIES["velocity_mps"]
-    if given and not coarse:
-        return
-    if (
-        speed is not None
-        and track is None
-        and magnetic is not None
-        and (not coarse or "magnetic_variation" in draft.channels)
-    ):
-        track = magnetic + _variation(draft, "magnetic_track", "the wind's direction is magnetic")
-    if coarse:
-        if speed is None or track is None or _area(draft, speed, track) >= np.prod(steps):
-            north, east = (draft.channels[name] for name in given)
-            _show_velocity(draft, header, max(steps), north, east)
-            return
-        draft.warnings.append(
-            f"{' and '.join(repr(draft.columns[name]) for name in given)} come in steps of "
-            f"{max(steps):.2g} m/s: the finer {draft.columns['ground_speed']!r} is used, with the "
-            "track"
-        )
-    if speed is None or track is None:
-        if latitude is not None and longitude is not None and "time" in draft.channels:
-            _velocity_from_position(draft, header, latitude, longitude)
-        return
-    column, suffix = draft.columns["ground_speed"], draft.suffixes["ground_speed"]
-    draft.put("velocity_north", speed * np.cos(track), column, suffix)
-    draft.put("velocity_east", speed * np.sin(track), column, suffix)
-    step = display_step(speed, suffix)
-    if step > 0.0:
-        _show_velocity(draft, header, step, speed, track)
-
-
-def _area(draft: Draft, speed: Array, track: Array) -> float:
-    """Return the area of the velocity [m²/s²] that the steps of speed and track leave open."""
-    suffix = draft.suffixes.get("track", draft.suffixes.get("magnetic_track", ""))
-    across = float(np.nanmedian(speed)) * display_step(track, suffix)
-    return display_step(speed, draft.suffixes["ground_speed"]) * across
-
-
-def _show_velocity(
-    draft: Draft, header: dict[str, Any], step: float, first: Array, second: Array
-) -> None:
-    """Note that the velocity comes from a display in steps [m/s].
-
-    Two numbers of it tell when it was renewed.
-    """
-    draft.displayed.add("velocity_north")
-    if "gps_fresh" not in draft.channels:
-        draft.put("gps_fresh", _renewed(first, second), draft.columns["velocity_north"])
-    header["display"] = {**_table(header, "display"), "ground_speed_mps": step}
-    receiver = USUAL_ACCURACIES["velocity_mps"]
-    _state_accuracy(header, "velocity_mps", float(np.hypot(receiver, _TWO_SIGMA * step)))
-
-
-_HALF_BASE = 0.5  # s to either side between which positions are differenced, or to the next fix
-_EVEN = 0.05  # of the usual step: an even clock keeps to it so nearly
-_FEW_ODD = 0.01  # of the steps, that may be farther off
-_ARC_PASSES = 3  # the wind comes from the arcs, and the arcs from the wind
-_PAUSE = 4.0  # usual steps of a clock that is not even: a longer one is a pause
-
-
-def _velocity_from_position(
-    draft: Draft, header: dict[str, Any], latitude: Array, longitude: Array
-) -> None:
-    """Form the ground velocity from fixes of the position, by differences centered on each.
-
-    On the ellipsoid of WGS 84. Between fixes the velocity is held. The noise of the fixes is what
-    the velocity differs by from the mean of its neighbors; `header` gets it as the accuracy of the
-    velocity.
-    """
-    time = draft.channels["time"]
-    known = np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(time)
-    rows = np.flatnonzero(known)
-    moved = (np.diff(latitude[rows], prepend=np.nan) != 0.0) | (
-        np.diff(longitude[rows], prepend=np.nan) != 0.0
-    )
-    rows = rows[moved]
-    runs_on = time[rows] > np.r_[-np.inf, np.maximum.accumulate(time[rows])[:-1]]
-    rows = rows[runs_on]
-    if len(rows) < _FEWEST_FIXES:
-        raise BadInputError(
-            f"column {draft.columns['latitude']!r}: {len(rows)} different positions give no "
-            "velocity: give a log of a flight, or one with ground speed and track"
-        )
-    steps = np.diff(moments := time[rows])
-    usual = float(np.median(steps))
-    # A clock that is even but for a few steps was set there, or stood still: no speed comes from
-    # such a step.
-    odd = np.abs(steps / usual - 1.0) > _EVEN
-    odd = (np.diff(np.flatnonzero(runs_on)) > 1) | (
-        odd if np.mean(odd) < _FEW_ODD else steps > _PAUSE * usual
-    )
-    reach = max(1, round(_HALF_BASE / usual))
-    counted = np.r_[0, np.cumsum(odd)]
-    apart = np.where(counted[reach:] > counted[:-reach], np.nan, moments[reach:] - moments[:-reach])
-    phi = latitude[rows]
-    bent = 1.0 - _ECCENTRICITY_SQUARED * np.sin(phi) ** 2
-    meridian, parallel = (
-        _EQUATOR * (1.0 - _ECCENTRICITY_SQUARED) / bent**1.5,
-        _EQUATOR * np.cos(phi) / np.sqrt(bent),
-    )
-    turn = np.unwrap(longitude[rows])
-    chords = [
-        0.5 * (scale[reach:] + scale[:-reach]) * (at[reach:] - at[:-reach])
-        for scale, at in ((meridian, phi), (parallel, turn))
-    ]
-    (north, east), (speed, heading) = _along_arcs(draft, rows, np.stack(chords) / apart, apart)
-    last = np.searchsorted(rows, np.arange(len(time)), side="right") - 1
-    for name, values in (("velocity_north", north), ("velocity_east", east)):
-        held = np.where(last >= 0, values[np.maximum(last, 0)], np.nan)
-        draft.put(name, held, draft.columns["latitude"], "mps")
-    if "gps_fresh" not in draft.channels:
-        draft.put("gps_fresh", np.isin(np.arange(len(time)), rows), draft.columns["latitude"])
-    # Through the air, where a circle is a steady speed and a steady turn.
-    across = float(np.nanmedian(speed)) * heading
-    noise = max(_noise(speed, 2 * reach), _noise(across, 2 * reach))
-    draft.warnings.append(
-        f"the ground velocity is formed from {draft.columns['latitude']!r} and "
-        f"{draft.columns['longitude']!r} over {2.0 * float(np.nanmedian(apart)):.2g} s, along arcs "
-        f"in turns: ±{2.0 * noise:.2g} m/s of noise (2σ)"
-    )
-    header[OF_FIXES] = 2.0 * float(np.nanmedian(apart))
-    receiver = USUAL_ACCURACIES["velocity_mps"]
-    _state_accuracy(header, "velocity_mps", float(np.hypot(receiver, 2.0 * noise)))
-
-
-def _along_arcs(
-    draft: Draft, rows: NDArray[np.intp], chords: Array, apart: Seconds
-) -> tuple[Array, Array]:
-    """Return the velocities along arcs, and speed and heading through the air, (2, k) each.
-
-    The velocities [m/s] are at the fixes in `rows` (k,); `chords` (2, k − r) [m/s] lead from each
-    fix over the time `apart` [s] to the r-th after it. Speed and heading are in m/s and rad.
-
-    A chord is shorter than its arc by sin(θ/2)/(θ/2), with θ the turn *through the air* in the
-    time between: over the ground a wind makes the same circle tight here and wide there. A fix has
-    the mean speed and the mean heading of the arcs before and after it.
-    """
-    time, reach = draft.channels["time"][rows], len(rows) - chords.shape[1]
-    middle = time[: len(time) - reach] + 0.5 * apart
-    known, heading = np.isfinite(chords[0]), np.full(len(middle), np.nan)
-    at_fixes = _at_fixes(chords, reach)
-    for _ in range(_ARC_PASSES):
-        wind = _wind_at(draft, rows, at_fixes)[:, None]
-        north, east = chords - wind
-        heading[known] = np.unwrap(np.arctan2(east, north)[known])
-        ahead, behind = (
-            np.interp(middle + at * apart, middle[known], heading[known]) for at in (0.5, -0.5)
-        )
-        speed = np.hypot(north, east) / np.sinc(0.5 * (ahead - behind) / np.pi)
-        polar = _at_fixes(np.stack([speed, heading]), reach)
-        at_fixes = wind + polar[0] * np.stack([np.cos(polar[1]), np.sin(polar[1])])
-    return at_fixes, polar
-
-
-def _wind_at(draft: Draft, rows: NDArray[np.intp], velocity: Array) -> Array:
-    """The mean wind, (2,) [m/s], by velocities (2, k) at `rows`, (k,)."""
-    if "impact_pressure" not in draft.channels or "static_pressure" not in draft.channels:
-        return np.zeros(2)
-    moving = dict(zip(("velocity_north", "velocity_east"), velocity, strict=True))
-    return mean_wind({n: moving[n] if n in moving else draft.channels[n][rows] for n in NEEDED})
-
-
-def _at_fixes(between: Array, reach: int) -> Array:
-    """Return the mean of what is between fixes (m, k − r), before and after each fix, (m, k).
-
-    At either end it is that of the one side.
-    """
-    after = np.pad(between, ((0, 0), (0, reach)), "edge")
-    before = np.pad(between, ((0, 0), (reach, 0)), "edge")
-    return np.asarray(0.5 * (before + after))
-
-
-def _noise(velocity: Array, spacing: int) -> float:
-    """Return the 1σ of a velocity's noise, by third differences.
-
-    They are of values `spacing` rows from one another, which share no fix.
-    """
-    third = (
-        velocity[3 * spacing :]
-        - 3.0 * velocity[2 * spacing : -spacing]
-        + 3.0 * velocity[spacing : -2 * spacing]
-    )
-    third = np.abs(third - velocity[: -3 * spacing])
-    third = third[np.isfinite(third)]
-    return float(np.median(third) / MEDIAN_OF_NORMAL / np.sqrt(20.0)) if len(third) else 0.0
-
-
-def _renewed(speed: Array, track: Array) -> Booleans:
-    """Return the rows in which a display was renewed, (n,).
-
-    On steady legs it shows the same numbers again.
-
-    The shortest time between two changes is that between two fixes.
-    """
-    changed = np.flatnonzero((np.diff(speed) != 0.0) | (np.diff(track) != 0.0)) + 1
-    fresh = np.zeros(len(speed), dtype=np.bool_)
-    if len(changed) < 2:
-        return ~fresh
-    fresh[changed[0] % int(np.min(np.diff(changed))) :: int(np.min(np.diff(changed)))] = True
-    fresh[changed] = True
-    return fresh
-
-
-def components(table: Table) -> Table:
-    """Return a table whose ground speed and true track are components toward north and east [m/s].
-
-    Tables are joined by interpolation, and a track jumps by a full turn at north.
-    """
-    found = {}
-    for name in table.names:
-        parsed = parse_column(name)
-        if parsed is not None and parsed[0].name in ("ground_speed", "track"):
-            found[parsed[0].name] = (name, to_si(numbers(name, table.column(name)), parsed[1]))
-    if len(found) < 2:
-        return table
-    (speed_name, speed), (track_name, track) = found["ground_speed"], found["track"]
-    changed = {speed_name: ("velocity_north_mps", speed * np.cos(track)),
-               track_name: ("velocity_east_mps", speed * np.sin(track))}  # fmt: skip
-    pairs = [
-        changed.get(name, (name, column))
-        for name, column in zip(table.names, table.columns, strict=True)
-    ]
-    names, columns = zip(*pairs, strict=True)
-    return replace(table, names=names, columns=columns, units=())
-
-
-def _attitude(draft: Draft) -> None:
-    """Form roll, pitch and heading from the quaternion that turns body axes to north, east, down.
-
-    Source: Diebel (2006), Representing Attitude, equation 290.
-    """
-    parts = [draft.channels.pop(f"attitude_q{place}", None) for place in range(4)]
-    w, x, y, z = (np.zeros(0) if part is None else part for part in parts)
-    if any(part is None for part in parts):
-        return
-    angles = {
-        "roll": np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x**2 + y**2)),
-        "pitch": np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
-        "heading": np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2)) % (2.0 * np.pi),
-    }
-    for name, angle in angles.items():
-        if name not in draft.channels:
-            draft.put(name, angle, draft.columns["attitude_q0"], "rad")
-
-
-def _heading(draft: Draft) -> None:
-    magnetic = draft.channels.pop("magnetic_heading", None)
-    if magnetic is not None and "heading" not in draft.channels:
-        heading = magnetic + _variation(draft, "magnetic_heading", "so is the heading")
-        column, suffix = draft.columns["magnetic_heading"], draft.suffixes["magnetic_heading"]
-        draft.put("heading", heading % (2.0 * np.pi), column, suffix)
-    draft.channels.pop("magnetic_variation", None)
-
-
-def _variation(draft: Draft, name: str, consequence: str) -> Array:
-    variation = draft.channels.get("magnetic_variation")
-    if variation is not None:
-        known = np.degrees(variation[np.isfinite(variation)])
-        words = f"made true by {draft.columns['magnetic_variation']!r}"
-        if len(known) and not any(words in warning for warning in draft.warnings):
-            draft.warnings.append(
-                f"what is magnetic is {words} ({known.min():.1f} to {known.max():.1f}°, east "
-                "positive)"
-            )
-        return np.asarray(np.nan_to_num(variation), dtype=np.float64)
-    draft.warnings.append(
-        Caution(
-            f"column {draft.columns[name]!r} is magnetic and the log holds no magnetic variation: "
-            f"{consequence}",
-            "suspect",
-        )
-    )
-    return np.zeros(len(draft.rows))
-
-
-def display_step(values: Array, suffix: str) -> float:
-    """Return the step of a display [SI], of which its numbers (n,) are whole multiples.
-
-    The numbers are those in the unit of `suffix`.
-
-    0 where no step is seen, or where it is finer than a thousandth of the values.
-    """
-    written = (
-        np.unique(np.round(from_si(values[np.isfinite(values)], suffix), 9))
-        if suffix
-        else np.zeros(0)
-    )
-    if len(written) < 2:
-        return 0.0
-    step = float(np.min(np.diff(written)))
-    typical = float(np.median(np.abs(written)))
-    steps = written / step
-    if step <= _FINE * typical or np.max(np.abs(steps - np.round(steps))) > max(
-        _ON_GRID * np.max(np.abs(steps)), 1e-6
-    ):
-        return 0.0
-    return float(to_si(step, suffix) - to_si(0.0, suffix))
-
-
-def _table(header: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    found = header.get(name, {})
-    return found if isinstance(found, Mapping) else {}

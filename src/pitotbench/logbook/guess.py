@@ -1,8 +1,9 @@
-"""A guess: what a column of a foreign log may be."""
+"""A guess: what a column of a foreign log may be; and what a log needs."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pitotbench.logbook.columns import Table, clock_seconds, is_clock, numbers
+from pitotbench.logbook.columns import HEIGHT, Table, clock_seconds, is_clock, numbers
 from pitotbench.units import Array, to_si
 
 
@@ -33,3 +34,28 @@ class Guess:
         if self.quantity == "time" and is_clock(column):
             return clock_seconds(self.theirs, column)
         return to_si(numbers(self.theirs, column) * self.factor, self.units[0])
+
+
+HEIGHTS = ("static_pressure", "pressure_altitude", "indicated_altitude", "height_above_takeoff")
+NEEDED = (
+    ("time",),
+    (
+        "impact_pressure",
+        "total_pressure",
+        "indicated_airspeed",
+        "calibrated_airspeed",
+        "mach",
+        "true_airspeed",
+    ),
+    HEIGHTS,
+    ("velocity_north", "ground_speed", "latitude"),
+    ("velocity_east", "track", "magnetic_track", "longitude"),
+)
+
+
+def missing(table: Table, chosen: Sequence[Guess]) -> tuple[str, ...]:
+    """The needed quantities that neither a guess nor what is stated of the flight gives."""
+    here = {guess.quantity for guess in chosen} | (
+        {HEIGHTS[0]} if HEIGHT in table.header else set()
+    )
+    return tuple(" or ".join(names) for names in NEEDED if not here & set(names))

@@ -28,8 +28,8 @@ from pitotbench.logbook.columns import (
     plain_name,
     within,
 )
-from pitotbench.logbook.derived import components
 from pitotbench.logbook.formats import topics_of
+from pitotbench.logbook.ground_velocity import components
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
 from pitotbench.logbook.sensors import chosen
 from pitotbench.records import BadInputError

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from pitotbench import air
+from pitotbench.logbook.column_guesses import name_and_unit
 from pitotbench.logbook.columns import (
     QUANTITIES,
     Column,
@@ -20,8 +21,7 @@ from pitotbench.logbook.columns import (
     texts,
     within,
 )
-from pitotbench.logbook.derived import display_step
-from pitotbench.logbook.drafting import name_and_unit
+from pitotbench.logbook.displays import display_step
 from pitotbench.logbook.formats import reader_of
 from pitotbench.logbook.synonyms import SYNONYMS, UNIT_WORDS
 from pitotbench.records import BadInputError

@@ -210,7 +210,7 @@ def _by_names(table: Table) -> tuple[Table, "DraftedMapping | None"]:
 def _filled(table: Table) -> Table:
     """The table with the units of columns that bear a name of ours without one, by their values."""
     if any(name in QUANTITIES and QUANTITIES[name].unit for name in table.names):
-        from pitotbench.logbook.drafting import fill_units  # a log of ours does without
+        from pitotbench.logbook.unit_trials import fill_units  # a log of ours does without
 
         return fill_units(table)
     return table

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from pitotbench.logbook.columns import Table
 from pitotbench.logbook.draft import has_our_names, names_of_ours
-from pitotbench.logbook.drafting import NEEDED, DraftedMapping, draft_mapping
+from pitotbench.logbook.drafting import DraftedMapping, draft_mapping
+from pitotbench.logbook.guess import NEEDED
 from pitotbench.logbook.handbook_table import is_published
 from pitotbench.logbook.points_table import (
     is_known_speeds,

@@ -9,6 +9,7 @@ from io import StringIO
 import numpy as np
 import pytest
 from rich.console import Console
+from tests.calibration import trajectories
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
@@ -216,3 +217,25 @@ def test_a_zero_offset_in_the_correction_is_said_with_its_bound(log):
     assert f"includes a sensor zero of −{-zero.value:.0f} ± {zero.two_sigma:.0f} Pa" in printed
     assert "a constant part of Δp looks the same" in printed
     assert calibration_json(result)["impact_pressure_zero_pa"]["value"] == zero.value
+
+
+@pytest.mark.parametrize(
+    ("channels", "sensor", "share"),
+    [
+        (("velocity_north", "velocity_east"), "GPS velocity", 0.01),
+        (("static_pressure",), "static pressure", 0.005),
+    ],
+)
+def test_a_factor_that_no_log_shows_is_told_with_what_it_moves(channels, sensor, share):
+    """The log with the factor raises no finding; its curve is off by what the answer says."""
+    log = trajectories.fly(trajectories.circles(2), 2, 2, trajectories.CALM)
+    log = replace(log, header={"accuracy": USUAL_ACCURACIES})
+    spoiled = replace(log, **{name: 1.01 * getattr(log, name) for name in channels})
+    sound, off = (calibrate(each) for each in (log, spoiled))
+    assert [each.words for each in findings_of(off)] == [each.words for each in findings_of(sound)]
+    moved = off.curve.correction - sound.curve.correction
+    np.testing.assert_allclose(
+        moved, share * (sound.curve.indicated_airspeed + sound.curve.correction), rtol=0.1
+    )
+    (told,) = re.findall(rf"1 % on the {sensor}[^,]*? by ([\d.]+) kt", _terminal(sound))
+    assert float(told) == pytest.approx(100.0 * share * 1.3, abs=0.05)

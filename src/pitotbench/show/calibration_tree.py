@@ -221,6 +221,12 @@ def _assumptions(result: Calibration) -> Iterator[str]:
     exact = [(name, source) for name, _, a, source in shown if not a.two_sigma > 0.0]
     if held:
         yield f"The ± holds constant errors of the sensors (2σ): {'; '.join(held)}."
+        # Through q_c: as its root by the density, and as the speed itself by the velocity.
+        middle = float(np.mean(result.curve.indicated_airspeed_kt[[0, -1]]))
+        yield (
+            f"No log shows a factor: 1 % on the GPS velocity moves the curve by {0.01 * middle:.1f} "
+            f"kt at {middle:.0f} KIAS, 1 % on the static pressure by {0.005 * middle:.1f} kt."
+        )
     if exact:
         names, sources = (", ".join(dict.fromkeys(each)) for each in zip(*exact, strict=True))
         yield f"The ± holds no constant error of {names} ({sources})."

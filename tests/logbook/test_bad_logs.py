@@ -563,3 +563,21 @@ def test_a_small_ulog_that_fills_the_memory_is_refused(tmp_path, formats, announ
     (tmp_path / "log.ulg").write_bytes(_ulog(formats, announcements))
     with pytest.raises(BadInputError, match="more than 1,000,000 fields of its topic"):
         read_log(tmp_path / "log.ulg")
+
+
+def test_a_ulog_that_ends_in_a_long_message_of_no_kind_is_read_to_its_end(tmp_path):
+    """The search for the next message steps back by what the message states, not by what is there."""
+    pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
+    long = struct.pack("<HB", 64, 0) + b"end"
+    (tmp_path / "log.ulg").write_bytes(b"ULog\x01\x12\x35\x01" + bytes(20_008) + long)
+    with pytest.raises(BadInputError, match="the ULog holds no topic"):
+        read_log(tmp_path / "log.ulg")
+
+
+def test_a_ulog_without_any_message_is_refused_before_it_takes_minutes(tmp_path, monkeypatch):
+    """Each byte is taken for the begin of a message: of a large file that that takes minutes."""
+    pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
+    monkeypatch.setattr("pitotbench.logbook.ulog._MOST_STEPS", 1000)
+    (tmp_path / "log.ulg").write_bytes(b"ULog\x01\x12\x35\x01" + bytes(2000))
+    with pytest.raises(BadInputError, match="not a complete ULog: it is damaged"):
+        read_log(tmp_path / "log.ulg")

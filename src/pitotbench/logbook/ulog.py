@@ -12,6 +12,7 @@ from pitotbench.logbook.columns import Table
 from pitotbench.logbook.damage import complete, damage, heard
 from pitotbench.records import BadInputError
 
+_MOST_STEPS = 1_000_000  # bytes that are searched for the next message: some seconds
 _MOST_FIELDS = 1_000_000  # of all instances of a topic; one of PX4 has some hundred
 
 
@@ -34,10 +35,8 @@ def read_topics(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], di
     said: list[str] = []
     # pyulog lets struct, index and key errors out of a broken file.
     with complete("ULog", Exception), _Watched(FileIO(path)) as file, heard(said):
-        with heard([]):
-            _require_few_fields(
-                ULog(str(path), parse_header_only=True).message_formats, path, wanted
-            )
+        with heard([]), _Watched(FileIO(path)) as head:
+            _require_few_fields(ULog(head, parse_header_only=True).message_formats, path, wanted)
         log = ULog(file, message_name_filter_list=wanted)
     if log.file_corruption and not said:
         said.append("a message of the wrong length")
@@ -78,13 +77,30 @@ def _require_few_fields(formats: Mapping[str, Any], path: Path, topics: Sequence
 class _Watched(BufferedReader):
     """A file that knows whether the last reading met its end inside a message.
 
-    The head of a message is three bytes.
+    The head of a message is three bytes. pyulog goes on behind the first byte of a message that it
+    does not know, and takes the stated size for what was read: at the end of the file it would read
+    the same bytes without end.
     """
 
     broken = False
+    _lacking = 0  # bytes, of the last reading
+    _steps = 0  # back, in a search for the next message
 
     def read(self, size: int | None = -1, /) -> bytes:
         """Read as any file does."""
         data = super().read(size)
-        self.broken = size is not None and len(data) < size and (len(data) > 0 or size != 3)
+        self._lacking = max(0, (size or 0) - len(data))
+        self.broken = self._lacking > 0 and (len(data) > 0 or size != 3)
         return data
+
+    def seek(self, target: int, whence: int = 0, /) -> int:
+        """Seek as any file does, back no further than was read.
+
+        Raises EOFError for a file of which so much is damaged that the search takes minutes.
+        """
+        if whence == 1:
+            self._steps += 1
+            target, self._lacking = target + self._lacking, 0
+        if self._steps > _MOST_STEPS:
+            raise EOFError
+        return super().seek(target, whence)

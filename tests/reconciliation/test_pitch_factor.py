@@ -5,10 +5,11 @@ integrated out of a log.
 import numpy as np
 import pytest
 
-from pitotbench.estimation.information import Information
+from pitotbench.estimation.information import Information, SizePosterior
 from pitotbench.reconciliation.pitch_factor import (
     CONSTANT,
     TERMS,
+    around_sizes,
     factor_deviation,
     without_factor,
 )
@@ -60,3 +61,37 @@ def test_a_bound_holds_a_pull_of_all_terms_and_what_parts_them_stays_as_sharp():
     assert apart @ honest.covariance @ apart == pytest.approx(
         apart @ sharp.covariance @ apart, rel=0.1
     )
+
+
+def pulled_change(seed: int, factor: float, change: float) -> Information:
+    """A log of a stiffness that is changed, where the factor multiplies the change too."""
+    return flight(np.random.default_rng(seed), factor, ((1.0 + factor) * change,))
+
+
+def freed(one: Information, deviation: float) -> SizePosterior:
+    """The size of the stiffness alone, freed of the factor."""
+    shown = np.zeros(4)
+    shown[0] = without_factor(one, LABELS, deviation).posterior([0], [0.5]).mean[0]
+    return around_sizes(one, LABELS, deviation, range(4), shown).posterior([0], [0.5])
+
+
+@pytest.mark.parametrize("factor", [-0.35, 0.3])
+def test_a_change_is_told_as_large_as_it_is_not_as_the_factor_shows_it(factor: float) -> None:
+    """A stiffness a quarter too small seemed to be a sixth, with a bound that did not hold it."""
+    raw, off = list[float](), list[float]()
+    for seed in range(40):
+        one = pulled_change(seed, factor, -0.25)
+        shown = without_factor(one, LABELS, 0.2).posterior([0], [0.5])
+        found = freed(one, 0.2)
+        raw.append(float(shown.mean[0] + 0.25) / shown.covariance[0, 0] ** 0.5)
+        off.append(float(found.mean[0] + 0.25) / found.covariance[0, 0] ** 0.5)
+    assert abs(np.mean(raw)) > 3.0
+    assert abs(np.mean(off)) < 0.6
+    assert np.std(off) == pytest.approx(1.0, abs=0.35)
+
+
+def test_without_a_factor_a_change_is_what_the_log_shows() -> None:
+    one = pulled_change(2, 0.0, -0.25)
+    plain = one.posterior([0], [0.5])
+    assert freed(one, 0.0).mean == pytest.approx(plain.mean, rel=1e-12)
+    assert freed(one, 0.0).covariance == pytest.approx(plain.covariance, rel=1e-12)

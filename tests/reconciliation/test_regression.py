@@ -51,13 +51,15 @@ def block_of(
     products = np.stack([part @ part.T for part in parts])
     equations = equations_from(products, 1, np.array([1.0]))
     places = [(len(along) + i, Cell("airspeed_along", "", "time")) for i in range(len(cells))]
+    beyond = Information(equations.inner).less(range(len(along)), sizes)
     return SimpleNamespace(
         keys=tuple(along),
         channels={},
         layout=SimpleNamespace(places=places),
         null=SimpleNamespace(gap_bayes_factor=THRESHOLDS.gap_bayes_factor),
         equations=equations,
-        beyond=Information(equations.inner).less(range(len(along)), sizes),
+        beyond=beyond,
+        around_sizes=lambda _columns, _deviations: beyond,
         stands_out=True,
     )
 

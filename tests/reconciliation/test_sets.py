@@ -66,6 +66,17 @@ def test_a_bound_holds_the_sets_that_are_nearly_as_probable() -> None:
         )
 
 
+def test_the_bound_of_one_cause_holds_a_pair_that_is_nearly_as_probable() -> None:
+    """The elevator is needed by too little to be told, and moves the stiffness far."""
+    along = {STIFFNESS: A, ELEVATOR: 0.9 * A + 0.44 * B}
+    found = judged(along, A + 0.1 * along[ELEVATOR] + NOISE)
+    (size,), ((variance,),) = found.sizes.values, found.sizes.covariance
+    alone = found.regression.sizes(found.members)
+    assert names(found) == {"pitch_stiffness"}
+    assert size == pytest.approx(alone.values[0])
+    assert variance > 4.0 * alone.covariance[0, 0]
+
+
 def test_sets_have_the_evidence_of_the_integral_over_their_sizes() -> None:
     """By brute force: the residual as a normal vector, its covariance with that of the sizes."""
     draw = np.random.default_rng(5)

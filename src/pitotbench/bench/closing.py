@@ -190,7 +190,7 @@ def _covariance(judged: Judged, gaps: Sequence[Gap]) -> dict[str, float]:
     They are by the names of two of them; that of one with itself has the error of the method.
     """
     gaps_found = {(g.causes[0].name, s.name): s for g in gaps for s in g.causes[0].sizes}
-    sizes = judged.fitted.sizes.among([*gaps_found])
+    sizes = judged.fitted.told.among([*gaps_found])
     names, rows = [" ".join(key) for key in sizes.keys], sizes.covariance.tolist()
     found = {
         f"{a}, {b}": rows[i][k] for i, a in enumerate(names) for k, b in enumerate(names) if i != k

@@ -12,7 +12,6 @@ from pitotbench.normal_equations import inverse
 from pitotbench.reconciliation.equations import Fit, NormalEquations
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import ScoreScale, size_label
-from pitotbench.reconciliation.pitch_factor import without_factor
 from pitotbench.reconciliation.signatures import Signature, reads_gusts
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
@@ -182,8 +181,7 @@ def evidence_beyond_floor(
     for label, score in scores.left_over.items():
         if label in lasts:
             beyond = without_score(beyond, lasts.index(label), score)
-    beyond = without_lasting(beyond, *scores.lasting_of(lasts), len(layout.grid))
-    return without_factor(beyond, lasts, scores.pitch_factor)
+    return without_lasting(beyond, *scores.lasting_of(lasts), len(layout.grid))
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:

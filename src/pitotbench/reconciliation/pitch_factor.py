@@ -5,7 +5,8 @@ have in common; the inertia alone, in quick motion, tells it. There the measured
 and gusts act as well, which pulls the factor toward zero (regression dilution: Carroll and others,
 Measurement Error in Nonlinear Models, 2006, ch. 3), and by how much changes from flight to flight.
 So the factor has a column, the sum of the terms, and as much of it as null flights seem to have is
-unknown.
+unknown. It multiplies what is changed of a term as well: a stiffness that is a quarter too small
+seems to be a sixth where the factor is .65.
 """
 
 from collections.abc import Iterable, Sequence
@@ -39,15 +40,40 @@ def without_factor(evidence: Information, labels: Sequence[str], deviation: floa
     return evidence.without(_sum_of_terms(labels, evidence), deviation)
 
 
-def _sum_of_terms(labels: Sequence[str], evidence: Information) -> Array:
-    """The sum of the terms as a combination of the columns, (m + 1,), with the constant that takes
-    most of it, as the trim does; 0 where a term is missing.
+def around_sizes(
+    evidence: Information,
+    labels: Sequence[str],
+    deviation: float,
+    pitching: Sequence[int],
+    shown: Array,
+) -> Information:
+    """Return the evidence of the sizes themselves, where a log alone shows sizes of all columns,
+    (m,), that hold the factor: those of the `pitching` columns.
+
+    It is linearized in both, because the factor multiplies what is changed of a term as well.
+    """
+    column = _sum_of_terms(labels, evidence)
+    left = evidence.without(column, deviation).inner
+    factor = deviation**2 * float(left @ column @ np.append(-shown, 1.0))
+    extra, sizes = np.zeros(len(column)), np.zeros(len(column))
+    extra[pitching] = factor
+    sizes[pitching] = shown[pitching] / (1.0 + factor)
+    turn = np.eye(len(column)) + np.diag(extra)
+    turn[:, -1] += extra * sizes
+    left = evidence.without(_sum_of_terms(labels, evidence, sizes), deviation).inner
+    return Information(turn.T @ left @ turn)
+
+
+def _sum_of_terms(labels: Sequence[str], evidence: Information, sizes: Array | float = 0) -> Array:
+    """The sum of the terms, changed by sizes of the columns, as a combination of these, (m + 1,),
+    with the constant that takes most of it, as the trim does; 0 where a term is missing.
     """
     combination = np.zeros(len(evidence.inner))
     if {*TERMS, CONSTANT} <= {*labels}:
-        own, trim = [labels.index(term) for term in TERMS], labels.index(CONSTANT)
+        trim = labels.index(CONSTANT)
         power = float(evidence.inner[trim, trim])
         if power > 0.0:
-            combination[own] = 1.0
-            combination[trim] = -float(evidence.inner[trim, own].sum()) / power
+            combination[[labels.index(term) for term in TERMS]] = 1.0
+            combination += sizes
+            combination[trim] -= float(evidence.inner[trim] @ combination) / power
     return combination

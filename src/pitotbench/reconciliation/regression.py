@@ -35,8 +35,9 @@ from pitotbench.reconciliation.layout import (
     without_vane_errors,
 )
 from pitotbench.reconciliation.noise import NoiseModel
-from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.null_distribution import NullDistribution, size_label
 from pitotbench.reconciliation.null_learning import wander_of
+from pitotbench.reconciliation.pitch_factor import around_sizes, without_factor
 from pitotbench.reconciliation.renewal import (
     Entries,
     at_sizes,
@@ -72,15 +73,16 @@ class Block:
     """A log as a block of the regression: laid out, its normal equations, and its evidence beyond
     the floor for its signatures and then its examined cells.
 
-    `noise` is that of null flights at the level of the log. `stands_out`: a cell or an effect
-    scores more than any does on null flights; a sum of many small scores is no gap that anyone
-    sees.
+    `noise` is that of null flights at the level of the log. `pulled` is the evidence before the
+    factor of the pitching terms is integrated out. `stands_out`: a cell or an effect scores more
+    than any does on null flights; a sum of many small scores is no gap that anyone sees.
     """
 
     layout: Layout
     noise: NoiseModel
     null: NullDistribution
     equations: NormalEquations
+    pulled: Information
     beyond: Information
     stands_out: bool = True
 
@@ -103,13 +105,26 @@ class Block:
         """The columns of the examined cells in the evidence."""
         return range(len(self.layout.signatures), len(self.beyond.inner) - 1)
 
+    def around_sizes(self, columns: Sequence[int], deviations: Array) -> Information:
+        """Return the evidence of the sizes of some columns of which the log shows those times the
+        factor of the pitching terms. The deviations are those of their priors, (k,).
+        """
+        shown = np.zeros(len(self.beyond.inner) - 1)
+        np.add.at(shown, [*columns], self.beyond.posterior(columns, deviations).mean)
+        pitching = [i for i, c in enumerate(self.channels.values()) if c == "pitch_acceleration"]
+        labels = [size_label(*key) for key in self.keys]
+        return around_sizes(self.pulled, labels, self.null.scores.pitch_factor, pitching, shown)
+
 
 def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block:
     """Return a log that is laid out as a block of the regression."""
     equations = whitened_equations(layout, noise)
     wander = wander_of(null, layout.residuals.names)
-    beyond = evidence_beyond_floor(layout, equations, null.scores, wander)
-    return Block(layout, noise, null, equations, beyond, _stands_out(layout, equations, null))
+    pulled = evidence_beyond_floor(layout, equations, null.scores, wander)
+    labels = [size_label(s.effect, s.parameter) for s in layout.signatures]
+    beyond = without_factor(pulled, labels, null.scores.pitch_factor)
+    stands_out = _stands_out(layout, equations, null)
+    return Block(layout, noise, null, equations, pulled, beyond, stands_out)
 
 
 def _stands_out(layout: Layout, equations: NormalEquations, null: NullDistribution) -> bool:
@@ -158,7 +173,7 @@ class FoundGap:
     @property
     def of_set(self) -> bool:
         """Whether the gap is a member of a set of one moment or force, weighed together."""
-        return bool(self.near)
+        return any(len(each.names) > 1 for each in self.near[:1])
 
     @property
     def probability(self) -> float:
@@ -211,7 +226,8 @@ class Regression:
             raise ValueError("no log to explain")
         self.blocks = blocks
         self.keys = tuple(dict.fromkeys(key for block in blocks for key in block.keys))
-        self._of_block, self.evidence = self._joined()
+        self._of_block = self._places()
+        self.evidence = self._joined(block.beyond for block in blocks)
         self.columns: dict[str, tuple[int, ...]] = {}
         for i, (effect, parameter) in enumerate(self.keys):
             if effect in FORMULAS or FITTED[effect].by_size:
@@ -224,16 +240,30 @@ class Regression:
         }
         self._log_priors = _log_priors(list(self.columns))
 
-    def _joined(self) -> tuple[list[list[int]], Information]:
-        """The evidence of all logs, and for each log the columns of its sizes and cells in it."""
+    def _places(self) -> list[list[int]]:
+        """For each log the columns of its sizes and cells in the evidence of all logs."""
         place = {key: i for i, key in enumerate(self.keys)}
         places, first = [], len(place)
         for block in self.blocks:
             cells = len(block.layout.places)
             places.append([*(place[key] for key in block.keys), *range(first, first + cells)])
             first += cells
-        pairs = zip(places, self.blocks, strict=True)
-        return places, reduce(add, (block.beyond.placed(own, first) for own, block in pairs))
+        return places
+
+    def _joined(self, evidence: Iterable[Information]) -> Information:
+        """The evidence of all logs."""
+        count = 1 + max(max(own, default=-1) for own in self._of_block)
+        pairs = zip(evidence, self._of_block, strict=True)
+        return reduce(add, (each.placed(own, count) for each, own in pairs))
+
+    def _without_pull(self, columns: Sequence[int], deviations: Array) -> Information:
+        """The evidence of the sizes of some columns, freed of the factor of the pitching terms."""
+        found = list[Information]()
+        for block, own in zip(self.blocks, self._of_block, strict=True):
+            shown = [i for i, column in enumerate(columns) if column in own]
+            places = [own.index(columns[i]) for i in shown]
+            found.append(block.around_sizes(places, deviations[shown]))
+        return self._joined(found)
 
     @cached_property
     def _discrepancies(self) -> list[Discrepancy]:
@@ -326,11 +356,11 @@ class Regression:
         # One hypothesis against another is the question of its gap, weighed with the temper.
         sets = [each for each in sets if each is held or len(each.names + held.names) > 2]
         best = next((s for s in sets if s is held or self._is_better(rest, s, held)), held)
-        if len(best.names) < 2 and best is held:
-            return gaps
         members = best.members
         least = best.log_weight - THRESHOLDS.set_near
         near = (best, *(s for s in sets if s is not best and s.log_weight > least))
+        if len(members) < 2 and best is held:
+            return [*others, *(replace(gap, near=near) for gap in own)]
         ratio, alone = self.held_out(rest, members), {gap.member.name: gap for gap in own}
         if best is not held:
             each_beside = ([*rest, *(m for m in members if m is not member)] for member in members)
@@ -536,12 +566,16 @@ class Regression:
         ]
         return [block.keys.index(key) for key in own]
 
-    def sizes(self, members: Sequence[FittedHypothesis]) -> "Sizes":
+    def sizes(self, members: Sequence[FittedHypothesis], freed: bool = False) -> "Sizes":
         """Return the sizes of the members of a fit, all at once, and after them those that their
         forms leave open; a size that is both is the sum.
+
+        They are as the logs show them, or `freed` of the factor that each log gives all terms of
+        the pitching moment.
         """
         columns = [c for member in members for c in member.columns]
-        found = self.evidence.posterior(columns, _deviations(members))
+        evidence = self._without_pull(columns, _deviations(members)) if freed else self.evidence
+        found = evidence.posterior(columns, _deviations(members))
         own = [c for m in members for c in m.columns if keys_of(m.name, [self.keys[c]])]
         kept = list(dict.fromkeys([*own, *columns]))
         sums = np.equal.outer(kept, columns).astype(np.float64)
@@ -717,13 +751,15 @@ def tempering_power(log_bayes_factor: float) -> float:
 @dataclass(frozen=True, slots=True)
 class Fitted:
     """All gaps of some logs: the regression at the sizes that it finds, the gaps in the order of
-    what each explains, what is left, and the sizes of all.
+    what each explains, what is left, and the sizes of all, as the logs show them and as they are
+    `told`, freed of the factor that a log gives all terms of the pitching moment.
     """
 
     regression: Regression
     gaps: tuple[FoundGap, ...]
     left: FoundGap
     sizes: Sizes
+    told: Sizes
 
     @property
     def members(self) -> list[FittedHypothesis]:
@@ -817,17 +853,18 @@ def fitted_by(regression: Regression, without: Iterable[str] = ()) -> Fitted:
     """Return the gaps of a regression, those with the most evidence first, with their sizes."""
     gaps, left = regression.fit(without)
     ranked = sorted(gaps, key=lambda gap: -gap.log_bayes_factor)
-    return Fitted(regression, tuple(ranked), left, _sizes_of(regression, ranked))
+    shown, told = (_sizes_of(regression, ranked, freed) for freed in (False, True))
+    return Fitted(regression, tuple(ranked), left, shown, told)
 
 
-def _sizes_of(regression: Regression, gaps: Sequence[FoundGap]) -> Sizes:
+def _sizes_of(regression: Regression, gaps: Sequence[FoundGap], freed: bool) -> Sizes:
     """The sizes of all gaps, with bounds that hold those of sets nearly as probable."""
-    sizes = regression.sizes([gap.member for gap in gaps])
+    sizes = regression.sizes([gap.member for gap in gaps], freed)
     for near in dict.fromkeys(gap.near for gap in gaps if len(gap.near) > 1):
         others = [gap.member for gap in gaps if gap.near != near]
         variances, weights = np.zeros(len(sizes.keys)), np.zeros(len(sizes.keys))
         for each, share in zip(near, _shares(near), strict=True):
-            rival = regression.sizes([*others, *each.members]).among(sizes.keys)
+            rival = regression.sizes([*others, *each.members], freed).among(sizes.keys)
             own = [sizes.keys.index(key) for key in rival.keys]
             apart = rival.values - sizes.values[own]
             variances[own] += share * (np.diag(rival.covariance) + apart**2)

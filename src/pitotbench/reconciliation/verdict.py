@@ -140,7 +140,7 @@ def _all_flights(
 
 def _impossible(fitted: Fitted) -> Iterable[str]:
     """The hypotheses that would need a size outside its range."""
-    found = zip(fitted.sizes.keys, _estimates(fitted.sizes), strict=True)
+    found = zip(fitted.told.keys, _estimates(fitted.told), strict=True)
     for (effect, parameter), size in found:
         if not effect_of(effect).parameter(parameter).is_possible(size):
             yield from (m.name for m in fitted.members if keys_of(m.name, [(effect, parameter)]))
@@ -330,7 +330,7 @@ def _candidate(
     fit = block.equations.fit(own, other_columns)
     if is_own:
         keys = [block.keys[c] for c in own] or keys_of(name, regression.keys)
-        shared = fitted.sizes.among(keys)
+        shared = fitted.told.among(keys)
         fit = Fit(tuple(own), shared.values, shared.covariance, fit.gain)
         sizes = _estimates(shared)
     else:

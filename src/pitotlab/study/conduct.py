@@ -42,11 +42,7 @@ def plan_sorties(
         asked = list(claim_sorties(seed, rare, seed == first))
         if settings:
             asked = [sortie for sortie in asked if sortie.setting in settings]
-        if rare and sweeps:
-            flown += [_swept(sortie) for sortie in asked]
-            flown += [extra for sweep in SWEEPS.values() for extra in sweep.sorties(seed)]
-        else:
-            flown += asked
+        flown += map(_swept, asked) if rare and sweeps else asked
     return sorted(flown, key=lambda sortie: -(MANEUVERS[sortie.case.maneuver].minutes or 0.0))
 
 

@@ -12,11 +12,9 @@ from pitotbench.calibration.leg_points import cross_check
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.campaigns.flights import (
-    compare_curve,
     compare_wind,
     rms,
     score,
-    scored,
     true_correction,
     wind_toward,
 )
@@ -39,9 +37,6 @@ CONTROL_RATE = 10.0  # Hz, ten times the rate of hand movements
 _WINDOW = 1.0  # s
 DENSITY_EDGES = np.arange(90.0, 172.5, 2.5)  # kt
 BLOCK = 5.0  # s, about the memory of a gust: residuals averaged over it count as independent
-_SPLIT = 130.0 * KNOT  # the speed at which Step Decrease changes its heading
-_DATA_POINTS = 600  # of a picture
-_TRACK_POINTS = 800
 _CHANNELS = (
     *CALIBRATION_CHANNELS, *TRAVEL, "position_north", "position_east", "calibrated_airspeed",
     "roll", "pitch", "heading", "angle_of_attack", "sideslip",
@@ -145,12 +140,9 @@ def _outputs(fitted: OutputErrorFit) -> Row:
 
 
 def _scores(result: Calibration, flight: Flight) -> Row:
-    """Return the errors of curve and wind; the tilt is the lower half's error less the upper's."""
+    """Return the errors of curve and wind."""
     scores = score(result, flight)
-    error = compare_curve(result.curve, flight.case.pressure_error).error
-    slow = result.curve.indicated_airspeed[scored(result.curve)] < _SPLIT
-    tilt = np.mean(error[slow]) - np.mean(error[~slow]) if slow.any() else 0.0
-    north, east = compare_wind(result.known_wind, wind_toward(flight.case.wind)[:2]).error
+    north, _ = compare_wind(result.known_wind, wind_toward(flight.case.wind)[:2]).error
     return {
         "samples": scores.samples,
         "residual_two_sigma_kt": scores.residual_two_sigma / KNOT,
@@ -158,10 +150,7 @@ def _scores(result: Calibration, flight: Flight) -> Row:
         "two_sigma_kt": scores.two_sigma / KNOT,
         "rms_error_kt": scores.curve_rms_error / KNOT,
         "coverage": scores.curve_coverage,
-        "mean_error_kt": float(np.mean(error)) / KNOT,
-        "tilt_kt": float(tilt) / KNOT,
         "wind_north_error_kt": float(north) / KNOT,
-        "wind_east_error_kt": float(east) / KNOT,
     }
 
 

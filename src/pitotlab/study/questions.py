@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from pitotlab.study.reductions import Reduction, Sortie
+from pitotlab.study.reductions import Reduction
 from pitotlab.study.rules import Rule, Verdict
 from pitotlab.study.tables import StudyTables
 
@@ -46,12 +46,10 @@ class Claim:
 class Sweep:
     """An open question, as a decorator too.
 
-    `reductions(maneuver)` are its reductions of flights in light turbulence, `sorties(seed)` more
-    flights.
+    `reductions(maneuver)` are its reductions of flights in light turbulence.
     """
 
     name: str
     question: str
     answer: Callable[[StudyTables], Reply]
     reductions: Callable[[str], Iterable[Reduction]] = lambda maneuver: ()
-    sorties: Callable[[int], Iterable[Sortie]] = lambda seed: ()

@@ -431,8 +431,9 @@ def claim_sorties(seed: int, rare: bool, first: bool = False) -> Iterator[Sortie
             case = case_of(name, maneuver, seed)
             yield Sortie(name, case, asked, density=first, curves=curves)
     plain = (*reductions(das=SYSTEMS), _COVERED)
-    for name in ("smooth", "light") if rare else ():
-        yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*reductions(_MODELS), _COVERED))
+    if rare:
+        both = case_of("smooth", BOTH_WAYS, seed)
+        yield Sortie("smooth", both, (*reductions(_MODELS), _COVERED))
     for name in FLOWN_BY_PITCH:
         if rare or not SETTINGS[name].rare:
             case = case_of(name, "circle", seed, card={"fixed_power": 1})

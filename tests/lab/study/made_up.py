@@ -69,10 +69,7 @@ def _fit(
         "two_sigma_kt": 1.0 / minutes,
         "rms_error_kt": 0.3 / minutes * (1.0 + reduction.level),
         "coverage": 1.0,
-        "mean_error_kt": 0.0,
-        "tilt_kt": rng.standard_normal(),
         "wind_north_error_kt": rng.standard_normal(),
-        "wind_east_error_kt": 0.0,
         "white_criterion": rng.standard_normal(),
         "block_criterion": rng.standard_normal(),
     }

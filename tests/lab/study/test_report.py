@@ -83,9 +83,9 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(
 
 
 def test_the_claims_alone_are_answered_without_the_sweeps(evidence, told):
-    """The same words from fewer flights, and nothing of what was not flown."""
+    """The same words from fewer fits, and nothing of what was not fitted."""
     alone = made_up.evidence(_varied, seeds=2, sweeps=False)
-    assert len(alone.flights) < len(evidence.flights)
+    assert len(alone.fits) < len(evidence.fits)
     findings = {number: claim.answer(alone) for number, claim in CLAIMS.items()}
     assert {n: f.ours for n, f in findings.items()} == {n: f.ours for n, f in told.findings.items()}
     assert "Open questions" not in study_text(alone, findings)

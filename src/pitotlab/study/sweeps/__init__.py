@@ -11,8 +11,6 @@ _TABLE = (
     air.sideslip,
     sampling.rates,
     sampling.structure,
-    sampling.density,
-    air.conditions,
 )
 
 SWEEPS: Catalog[Sweep] = Catalog("sweep", {sweep.name: sweep for sweep in _TABLE})

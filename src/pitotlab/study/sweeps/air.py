@@ -1,4 +1,4 @@
-"""The open questions about the air and the airplane in it: a changing wind, sideslip, the day."""
+"""The open questions about the air and the airplane in it: a changing wind, sideslip."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,7 +9,6 @@ import pandas as pd
 
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.campaigns.flights import rms
-from pitotbench.units import FOOT
 from pitotlab.study.questions import Reply, Sweep
 from pitotlab.study.reductions import (
     BOTH_METHODS,
@@ -17,8 +16,6 @@ from pitotlab.study.reductions import (
     NAMES,
     PAPER_ORDER,
     Reduction,
-    Sortie,
-    case_of,
     named,
     reductions,
 )
@@ -192,67 +189,4 @@ def sideslip(evidence: StudyTables) -> Reply:
         f"changes by {signed(residual)} % at most. In turns only, it is worst in {NAMES[worst]} "
         f"({turning[worst]:.2f} kt; {share[worst]:.0f} % of the data are turns) and least in "
         f"{NAMES[least]} ({turning[least]:.2f} kt; {share[least]:.0f} %).",
-    )
-
-
-FLOWN = ("step_decrease", "rapid_decel")
-AIRS = {"smooth": "smooth air", "light": "light turbulence"}
-ALTITUDES = (2000.0, 12000.0)  # ft, in addition to the usual 6,000
-TEMPERATURES = (-20.0, 20.0)  # K above standard
-_USUAL_ALTITUDE = 6000.0
-_SMALL = 0.1  # a smaller factor is printed with two significant digits
-
-
-def day_sorties(seed: int) -> Iterator[Sortie]:
-    """Yield two maneuvers at each altitude in both airs, at each temperature in turbulence."""
-    both = reductions(BOTH_METHODS)
-    for maneuver in FLOWN:
-        for feet in ALTITUDES:
-            for air in AIRS:
-                case = case_of(air, maneuver, seed, altitude=feet * FOOT)
-                yield Sortie(air, case, both, _at_altitude(feet))
-        for kelvin in TEMPERATURES:
-            case = case_of("light", maneuver, seed, temperature_offset=kelvin)
-            yield Sortie("light", case, both, _at_temperature(kelvin))
-
-
-def _at_altitude(feet: float) -> str:
-    return "standard" if feet == _USUAL_ALTITUDE else f"{feet:,.0f} ft"
-
-
-def _at_temperature(kelvin: float) -> str:
-    return "standard" if kelvin == 0.0 else f"{kelvin:+g} K"
-
-
-def _bound(evidence: StudyTables, air: str, maneuver: str, variant: str) -> pd.Series:
-    found = evidence.bound(maneuver, setting=air, variant=variant)
-    few = evidence.fit("samples", FLOWN[0], setting="light", variant=_at_altitude(ALTITUDES[0]))
-    return found[found.index.isin(few.index)]
-
-
-def _factors(evidence: StudyTables, air: str, one: str, other: str) -> str:
-    """Return the least and the largest ratio of the mean bound of one variant to another."""
-    found = [
-        mean(_bound(evidence, air, m, one)) / mean(_bound(evidence, air, m, other)) for m in FLOWN
-    ]
-    return " to ".join(f"{f:.2f}" if f > _SMALL else f"{f:.2g}" for f in (min(found), max(found)))
-
-
-@partial(
-    Sweep,
-    "test altitude and temperature",
-    "Do test altitude and temperature matter?",
-    sorties=day_sorties,
-)
-def conditions(evidence: StudyTables) -> Reply:
-    bottom, middle, top = map(_at_altitude, (ALTITUDES[0], _USUAL_ALTITUDE, ALTITUDES[-1]))
-    cold, warm = map(_at_temperature, TEMPERATURES)
-    factors = partial(_factors, evidence)
-    return Reply(
-        f"In smooth air the covering 2σ at {top} is {factors('smooth', top, bottom)} times that at "
-        f"{bottom} ({', '.join(NAMES[m] for m in FLOWN)}), in light turbulence "
-        f"{factors('light', middle, bottom)} times at {_USUAL_ALTITUDE:,.0f} ft and "
-        f"{factors('light', top, bottom)} times at {top}, where the light turbulence of "
-        f"MIL-F-8785C has died out. From {cold.replace('-', '−')} to {warm} it changes by a factor "
-        f"of {factors('light', warm, cold)}.",
     )

@@ -1,7 +1,7 @@
-"""The open questions about data rates, data density and the choice of the model."""
+"""The open questions about data rates and the choice of the model."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -15,11 +15,9 @@ from pitotlab.study.reductions import (
     PAPER,
     PAPER_ORDER,
     Reduction,
-    Sortie,
-    case_of,
     reductions,
 )
-from pitotlab.study.tables import DEFAULT_FIT, Spread, StudyTables, mean, span
+from pitotlab.study.tables import DEFAULT_FIT, StudyTables, mean, span
 
 FLOWN = ("step_decrease", "circle", "rapid_decel")
 RATES = (0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 50.0, 200.0)  # Hz
@@ -76,60 +74,6 @@ def rates(evidence: StudyTables) -> Reply:
         + f" ({', '.join(NAMES[m] for m in FLOWN)}). The residual of the published method is "
         f"another matter: in Rapid Decel it goes from {fast:.2f} kt to {held:.2f} kt at 200/0.2 "
         "Hz, where each fix is held for five seconds.",
-    )
-
-
-CARDS: dict[str, dict[str, dict[str, object]]] = {
-    "race_track": {
-        "two speeds": {"speeds_kt": (160.0, 100.0)},
-        "three speeds": {"speeds_kt": (160.0, 130.0, 100.0)},
-    },
-    "step_decrease": {f"{t:g} s steps": {"step_time_s": t} for t in (5.0, 20.0, 40.0)},
-}
-
-
-def card_sorties(seed: int) -> Iterator[Sortie]:
-    """Yield every card in light turbulence."""
-    for maneuver, variants in CARDS.items():
-        for variant, card in variants.items():
-            case = case_of("light", maneuver, seed, card=card)
-            yield Sortie("light", case, reductions(BOTH_METHODS), variant)
-
-
-@dataclass(frozen=True, slots=True)
-class Point:
-    """One card: its minutes, the covering 2σ of its curve and the 2σ of its residual [kt]."""
-
-    minutes: float
-    bound: Spread
-    residual: Spread
-
-
-def _points(evidence: StudyTables, maneuver: str) -> list[Point]:
-    """Return the cards of a maneuver, the shortest first, all with the same seeds."""
-    points = []
-    few = evidence.residual(maneuver, setting="light", variant=next(iter(CARDS[maneuver]))).index
-    for variant in ("standard", *CARDS[maneuver]):
-        numbers = (
-            number(maneuver, setting="light", variant=variant)
-            for number in (evidence.bound, evidence.residual)
-        )
-        minutes = mean(evidence.flight("minutes", maneuver, "light", variant))
-        points.append(Point(minutes, *(Spread.of(n[n.index.isin(few)]) for n in numbers)))
-    return sorted(points, key=lambda point: point.minutes)
-
-
-@partial(Sweep, "data density", "How many speeds, and how long a step?", sorties=card_sorties)
-def density(evidence: StudyTables) -> Reply:
-    points = {maneuver: _points(evidence, maneuver) for maneuver in CARDS}
-    track, step = points["race_track"], points["step_decrease"]
-    return Reply(
-        f"Race Track with two speeds ({track[0].minutes:.0f} min) has a covering 2σ of "
-        f"{track[0].bound.mean:.2f} kt; three and four speeds give "
-        f"{' and '.join(f'{p.bound.mean:.3f}' for p in track[1:])} kt, while the residual stays at "
-        f"{span([p.residual.mean for p in track])} kt. Longer steps of Step Decrease "
-        f"({step[0].minutes:.0f} to {step[-1].minutes:.0f} min) bring it from "
-        f"{step[0].bound.mean:.2f} to {step[-1].bound.mean:.2f} kt.",
     )
 
 

@@ -130,7 +130,8 @@ from pitotbench.campaigns.fleet import open_fleet
 from tests.campaigns.hard_tasks import Stub, act
 if __name__ == "__main__":
     with open_fleet(2) as fleet:
-        pids = lambda step=0: print(*fleet.executor.pids(), flush=True)
+        workers = fleet.executor._workers
+        pids = lambda step=0: print(*(w.process.pid for w in workers), flush=True)
         fleet.perform(act, [Stub("a"), Stub("b"), Stub("c", "hang"), Stub("d", "hang")], pids)
 """
 
@@ -172,7 +173,7 @@ def test_a_killed_worker_costs_no_result():
 
         def kill_one():
             if not done:
-                os.kill(fleet.executor.pids()[-1], signal.SIGKILL)
+                os.kill(fleet.executor._workers[-1].process.pid, signal.SIGKILL)
             done.append(1)
 
         results = fleet.perform(act, [Stub(f"{n}", "sleep 0.1") for n in range(8)], kill_one)

@@ -3,6 +3,7 @@ for granted.
 """
 
 import re
+from csv import DictReader
 from dataclasses import replace
 from io import StringIO
 
@@ -140,6 +141,15 @@ def test_a_card_has_the_units_in_its_headings_and_the_numbers_of_the_curve(resul
     ).T
     assert calibrated - speed == pytest.approx(correction, abs=0.002)
     assert bound == pytest.approx(result.curve.two_sigma / KNOT, abs=0.001)
+
+
+@pytest.mark.parametrize("airplane", ["=1+1", "+1", "@SUM(A1)", "\tN123"])
+def test_a_card_holds_no_formula_of_a_log(result, airplane):
+    """The header of a log names the airplane; a spreadsheet opens the card."""
+    log = InputFile("log", "log.csv", "", airplane=airplane)
+    card = card_csv(replace(result, provenance=Provenance(inputs=(log,))))
+    (first, *_) = DictReader(StringIO(card))
+    assert first["airplane"] == f"'{airplane}"
 
 
 def test_the_terminal_answers_in_a_sentence_and_shows_the_curve_at_one_glance(result):

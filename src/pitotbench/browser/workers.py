@@ -15,6 +15,7 @@ from typing import Any
 
 from pitotbench.browser.work import NEEDED
 from pitotbench.records import error_words
+from pitotbench.records.process import limit_process
 
 _DONE = "done"
 _LOST = "the computation was ended by the system, probably for its memory: use fewer minutes"
@@ -33,7 +34,7 @@ def serve(pipe: Connection, limits: Limits) -> None:
     """Answer questions from a pipe until it is closed. The target of a child process."""
     # Ctrl-C is for the server, which ends its children.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _limit("RLIMIT_AS", limits.memory)
+    limit_process("RLIMIT_AS", limits.memory)
     for name in NEEDED:
         import_module(name)
 
@@ -44,23 +45,12 @@ def serve(pipe: Connection, limits: Limits) -> None:
         tell(_DONE, None)
         while True:
             function, arguments = pipe.recv()
-            _limit("RLIMIT_CPU", int(time.process_time()) + limits.seconds)
+            limit_process("RLIMIT_CPU", int(time.process_time()) + limits.seconds)
             try:
                 function(tell, *arguments)
             except Exception as error:
                 tell("refusal", error_words(error))
             tell(_DONE, None)
-
-
-def _limit(name: str, most: int) -> None:
-    """Give this process a limit, which a later one may exceed, where the system has one: Windows
-    has none, macOS refuses one of addresses, and its own may be lower.
-    """
-    with suppress(ImportError, ValueError, OSError):
-        import resource
-
-        limit = getattr(resource, name)
-        resource.setrlimit(limit, (most, resource.getrlimit(limit)[1]))
 
 
 class Child:

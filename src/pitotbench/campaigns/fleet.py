@@ -26,6 +26,7 @@ from pitotbench.campaigns.worker_pool import LostWorkError, WorkerPool
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.intake import read_toml
+from pitotbench.records.process import limit_process
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -124,25 +125,14 @@ class Limits:
         """
         with ExitStack() as undone:
             if self.driver != _here():
-                self._limit_memory(undone)
+                if self.memory is not None:
+                    undone.callback(limit_process("RLIMIT_DATA", self.memory))
                 if self.seconds is not None:
                     # Its thread is not one of Python: it also ends a process that is stuck inside
                     # the simulator.
                     faulthandler.dump_traceback_later(self.seconds, exit=True, file=_log())
                     undone.callback(faulthandler.cancel_dump_traceback_later)
             yield
-
-    def _limit_memory(self, undone: ExitStack) -> None:
-        if self.memory is None:
-            return
-        # Windows has no limits, and macOS refuses one below what is in use.
-        with suppress(ImportError, ValueError, OSError):
-            import resource
-
-            soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-            allowed = self.memory if hard == resource.RLIM_INFINITY else min(self.memory, hard)
-            resource.setrlimit(resource.RLIMIT_DATA, (allowed, hard))
-            undone.callback(resource.setrlimit, resource.RLIMIT_DATA, (soft, hard))
 
 
 def _log() -> int:

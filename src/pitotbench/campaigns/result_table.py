@@ -42,6 +42,7 @@ from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_columns, case_of_table, write_case
 from pitotbench.records.entries import CASE_SUFFIXES
 from pitotbench.records.intake import toml_table
+from pitotbench.show.columns import inert
 from pitotbench.show.markup import Section
 from pitotbench.show.reader_units import BENCH, Units
 
@@ -407,13 +408,8 @@ def write_table(table: "DataFrame", path: Path) -> None:
             table.to_parquet(scratch, index=False)
         else:
             texts = table.select_dtypes(exclude=["number", "bool"])
-            inert = table.assign(**{str(name): texts[name].map(_inert) for name in texts})
-            inert.rename(columns=_inert).to_csv(scratch, index=False)
-
-
-def _inert(value: Any) -> Any:
-    formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r"))
-    return f"'{value}" if formula else value
+            safe = table.assign(**{str(name): texts[name].map(inert) for name in texts})
+            safe.rename(columns=inert).to_csv(scratch, index=False)
 
 
 def _document(result: Path) -> Document:

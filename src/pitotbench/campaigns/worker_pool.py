@@ -113,11 +113,6 @@ class WorkerPool(Executor):
             for thread in self._threads:
                 thread.join()
 
-    def pids(self) -> list[int]:
-        """Return the processes that are alive."""
-        with self._lock:
-            return [worker.process.pid for worker in self._workers if worker.process.pid]
-
     def _serve(self) -> None:
         """Give calls to one worker and take their results, until the pool is closed.
 

@@ -202,6 +202,7 @@ def csv_text(rows: Sequence[Mapping[str, object]], **whole: object) -> str:
     """Rows as CSV, by key: numbers with three decimals, nothing for what a row has not.
 
     What is said of the `whole`, if anything, stands in the first row alone, in columns of its own.
+    A text that a spreadsheet would take for a formula begins with an apostrophe.
     """
     said = {key: value for key, value in whole.items() if value}
     rows = [{**row, **(said if number == 0 else {})} for number, row in enumerate(rows)]
@@ -210,8 +211,16 @@ def csv_text(rows: Sequence[Mapping[str, object]], **whole: object) -> str:
     lines = DictWriter(text, keys, lineterminator="\n")
     lines.writeheader()
     for row in rows:
-        lines.writerow({k: f"{v:.3f}" if isinstance(v, float) else v for k, v in row.items()})
+        lines.writerow(
+            {k: f"{v:.3f}" if isinstance(v, float) else inert(v) for k, v in row.items()}
+        )
     return text.getvalue()
+
+
+def inert(value: Any) -> Any:
+    """Return a cell as no spreadsheet takes it for a formula: behind an apostrophe where it would."""
+    formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r"))
+    return f"'{value}" if formula else value
 
 
 def frame_rows(table: "DataFrame") -> list[dict[str, Any]]:

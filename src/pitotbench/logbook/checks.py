@@ -45,12 +45,9 @@ def check_pauses(draft: Draft) -> None:
 
 
 def _unmeant(draft: Draft, after: Indices) -> Booleans:
-    adjoining: Booleans = np.diff(draft.rows)[after - 1] == 1
-    segment = draft.channels.get("segment")
-    if segment is None:
-        return adjoining
-    same: Booleans = segment[after] == segment[after - 1]
-    return adjoining & same
+    segment = draft.channels.get("segment", np.zeros(len(draft.rows)))
+    same = segment[after] == segment[after - 1]
+    return np.asarray(same & (np.diff(draft.rows)[after - 1] == 1))
 
 
 _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure

@@ -43,9 +43,8 @@ def flights_between_stops(log: FlightLog) -> list[FlightLog]:
 
 def _cut(log: FlightLog, breaks: Indices) -> list[FlightLog]:
     parts = stretches(log.time, breaks)
-    if len(parts) == 1:
-        return [log]
-    return [log.part(np.arange(p.start, p.stop)) for p in parts if p.stop - p.start > 1]
+    cut = (log.part(np.arange(p.start, p.stop)) for p in parts if p.stop - p.start > 1)
+    return [log] if len(parts) == 1 else [*cut]
 
 
 def flight_breaks(time: Seconds) -> Indices:

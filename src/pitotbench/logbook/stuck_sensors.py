@@ -24,12 +24,6 @@ _STEEPEST = 0.99  # quantile of the steps of a reading that its step down from t
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 
 
-def _usual_airspeed(draft: Draft) -> float:
-    """The median airspeed that the impact pressure shows [m/s]."""
-    shown = air.calibrated_airspeed(np.maximum(draft.channels["impact_pressure"], 0.0))
-    return float(np.median(shown))
-
-
 def check_stuck(draft: Draft) -> None:
     """Drop rows in which the impact pressure, the static pressure or the GPS velocity is stuck.
 
@@ -41,10 +35,11 @@ def check_stuck(draft: Draft) -> None:
         np.ptp(draft.channels["velocity_north"]) == 0.0
         and np.ptp(draft.channels["velocity_east"]) == 0.0
     ):
+        shown = air.calibrated_airspeed(np.maximum(draft.channels["impact_pressure"], 0.0))
         raise BadInputError(
             "the GPS velocity is the same in every row: the receiver gave none, or is stuck. Give "
             "another log; of a tunnel or a bench write the known speed of each run beside the "
-            f"airspeed that was shown, here {_usual_airspeed(draft):.1f} m/s, and give that table "
+            f"airspeed that was shown, here {np.median(shown):.1f} m/s, and give that table "
             "to `pitotbench fixed-speed`"
         )
     velocity = ["velocity_north", "velocity_east"]

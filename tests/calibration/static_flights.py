@@ -225,3 +225,9 @@ def after_rest(log: FlightLog, seconds: float) -> FlightLog:
     }
     channels["time"] = np.arange(len(channels["time"])) / RATE
     return FlightLog(**channels)
+
+
+def one_heading(log):
+    """The part of a flight that holds its first heading."""
+    track = np.unwrap(np.arctan2(log.velocity_east, log.velocity_north))
+    return log.select(np.arange(int(np.argmax(np.abs(track - track[0]) > 0.2))))

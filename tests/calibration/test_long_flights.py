@@ -130,14 +130,8 @@ def test_a_long_flight_is_not_asked_for_one_wind():
     assert not inspect_log(circling(600.0)).wind_drifts
 
 
-def one_heading(log):
-    """The part of a flight that holds its first heading."""
-    track = np.unwrap(np.arctan2(log.velocity_east, log.velocity_north))
-    return log.select(np.arange(int(np.argmax(np.abs(track - track[0]) > 0.2))))
-
-
 def test_height_alone_answers_for_one_heading():
-    log = one_heading(fixture.fly("step_decrease", 2))
+    log = fixture.one_heading(fixture.fly("step_decrease", 2))
     options = CalibrationOptions(model="linear", wind="checked")
     found = calibrate(log, options)
     assert found.wind is None
@@ -151,6 +145,22 @@ def test_height_alone_answers_for_one_heading():
     )
     with pytest.raises(NoAnswerError, match="all headings lie within"):
         calibrate(replace(log, altitude=None), options)
+
+
+def test_height_alone_at_one_airspeed_holds_what_the_wind_triangle_says():
+    log = read_log(real_log("garmin", "pa28-gifd-2024.csv.gz"))
+    smooth = replace(CHECKED, model="smooth")
+    minutes = (log.time - log.start) / 60.0
+    cruise, turns = (
+        calibrate(log.part((minutes > first) & (minutes < first + 20.0)), smooth).curve
+        for first in (140.0, 60.0)
+    )
+    speed = 114.0 * KNOT
+    (by_height, bound), (by_wind, own) = (
+        [np.interp(speed, curve.indicated_airspeed, y) for y in (curve.correction, curve.two_sigma)]
+        for curve in (cruise, turns)
+    )
+    assert abs(by_height - by_wind) < np.hypot(bound, own)
 
 
 def test_without_a_height_the_altitude_error_is_assumed_and_its_bound_holds_zero():

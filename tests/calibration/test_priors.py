@@ -25,16 +25,30 @@ USED_WITH = {  # what a log or an answer must have for a prior to matter
     "slow_wind_mps": "drifting",
     "slow_wind_s": "drifting",
     "wind_change_mps": "linear",
+    "curve_level": "one heading",
+    "height_form": "air-data computer",
 }
 
 
 @pytest.fixture(scope="module")
 def logs():
-    """A low log with height, one above 10,000 ft, and one without a vertical velocity."""
+    """A low log with height, one above 10,000 ft, one without a vertical velocity, and two
+    on one heading, of pressures and of an air-data computer.
+    """
     flown = replace(fixture.fly("circle", 3), header={"accuracy": fixture.EXACT})
     high = replace(flown, static_pressure=np.full(len(flown), 60_000.0))
     high = fixture.without_height(high)
-    return {"high": high, "no vertical velocity": replace(flown, velocity_down=None), "": flown}
+    straight = fixture.one_heading(fixture.fly("step_decrease", 3))
+    straight = replace(straight, header=flown.header)
+    return {
+        "": flown,
+        "high": high,
+        "no vertical velocity": replace(flown, velocity_down=None),
+        "one heading": straight,
+        "air-data computer": replace(
+            straight, header={**flown.header, "units_by": {"air_data": "speed"}}
+        ),
+    }
 
 
 def options_for(name, **stated):

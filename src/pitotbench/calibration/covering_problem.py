@@ -134,7 +134,7 @@ def linearize(
         if nuisance.planned > 0.0:  # a mean acceleration: smoothed further, it leaves its corners
             column = regressors[:, place]
             instruments[:, place] = np.where(np.abs(column) < nuisance.planned, 0.0, column)
-    regression = Regression(response, regressors, instruments, *_priors(structure, theta))
+    regression = Regression(response, regressors, instruments, *priors_at(structure, theta))
     kernel = kernel_means(blocks, memory) if structure.drifting else None
     problem = Linearized(regression, noise_of, sensor, kernel)
     return (
@@ -144,8 +144,8 @@ def linearize(
     )
 
 
-def _priors(structure: Structure, theta: Array) -> tuple[Array, Array]:
-    """The precisions of the rival priors, (r, p + m), and their mean (p + m,), of a correction to
+def priors_at(structure: Structure, theta: Array) -> tuple[Array, Array]:
+    """Return the precisions of the rival priors, (r, p + m), and their mean (p + m,), of a correction to
     θ (p,): the model's of its parameters, that of a wind which is stated, the accuracies' of the
     nuisances.
     """

@@ -29,11 +29,17 @@ from pitotbench.calibration.covering import (
     fit_covering,
     posterior_of,
 )
-from pitotbench.calibration.covering_problem import Structure
+from pitotbench.calibration.covering_problem import Structure, priors_at
 from pitotbench.calibration.fit_checks import DISAGREE
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of
-from pitotbench.calibration.prediction import PredictionModel, WindPath, with_filter
+from pitotbench.calibration.options import AUTO, CalibrationOptions, Priors, priors_of
+from pitotbench.calibration.prediction import (
+    Nuisance,
+    PredictionModel,
+    WindPath,
+    nuisances_of,
+    with_filter,
+)
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
@@ -45,8 +51,9 @@ from pitotbench.estimation.restricted_likelihood import (
     restricted_log_likelihood,
     solve,
 )
+from pitotbench.pressure_error.models import SmoothModel
 from pitotbench.records import NoAnswerError
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import PRESSURE, FlightLog
 from pitotbench.units import Array, Pascal, Seconds
 
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
@@ -220,6 +227,7 @@ def _of_triangle_and_height(
 
 
 _OF_HEIGHT = 3  # passes of the fit by height alone: the problem is nearly linear
+_NO_LIFT = 1e-6  # Δp/q_c
 _UNKNOWN_WIND = 15.0  # m/s, for the slope of the pressure levels where the wind is not known
 
 
@@ -229,36 +237,53 @@ def fit_by_height(
     """Fit the error of the static source to height and static pressure alone, without wind and
     airspeed.
 
-    Raises NoAnswerError for a log without a height, and as `restricted_likelihood.noise_posterior`
-    does.
+    At one airspeed the height hardly tells the level of the curve: a smooth curve has a prior of
+    it here. Its part in 1/x is a constant pressure, which no height shows, and is taken as none.
+    Raises NoAnswerError for a log without a height, and as
+    `restricted_likelihood.noise_posterior` does.
     """
-    stated = accuracies_of(options.accuracies, {})
     rows = altitude_rows(log, obs, options, np.array([_UNKNOWN_WIND, 0.0]))
     if rows is None or not options.use_altitude or options.error_location not in (AUTO, STATIC):
         raise NoAnswerError("no height by GPS tells of the static source")
-    probe = 0.5 * stated.temperature_k
-    rows, model, free = rows.with_probe(probe), replace(model, static_error=True), model.error_count
-    noise_of, log_prior = _noise_and_prior(rows)
-    theta, guess = np.zeros(model.count), altitude_guess(rows)
+    priors, law = priors_of(options.priors), model.error
+    if isinstance(law, SmoothModel):
+        law = replace(law, level=priors.curve_level, lift=_NO_LIFT)
+    model = replace(model, error=law, static_error=True)
+    nuisances = (*nuisances_of(options, obs), *_height_form(log, priors))
+    structure = Structure(model, nuisances, drifting=False, priors=priors, altitude=rows)
+    theta, guess, free = np.zeros(model.count), altitude_guess(rows), model.error_count
     for _ in range(_OF_HEIGHT):
-        whole = altitude_regression(rows, model, theta, ())
-        seen = whole.regressors[:, :free]
-        nodes = noise_posterior(
-            Regression(whole.response, seen, seen, model.error.precisions, -theta[:free]),
-            noise_of,
-            log_prior,
-            guess,
-        )
+        whole = altitude_regression(rows, model, theta, nuisances)
+        places = np.flatnonzero(np.any(whole.regressors != 0.0, axis=0))
+        seen, (precisions, mean) = whole.regressors[:, places], priors_at(structure, theta)
+        problem = Regression(whole.response, seen, seen, precisions[:, places], mean[places])
+        nodes = noise_posterior(problem, *_noise_and_prior(rows), guess)
         found = Posterior(
             np.array([node.weight for node in nodes]),
-            theta[:free] + np.stack([node.estimate for node in nodes]),
-            np.stack([node.covariance for node in nodes]),
+            theta[:free] + np.stack([node.estimate[:free] for node in nodes]),
+            np.stack([node.covariance[:free, :free] for node in nodes]),
         )
         theta[:free] = found.mean
     left = altitude_regression(rows, model, theta, ()).response[: len(rows)] / rows.state.gain
     flying = rows.state.impact_pressure > 0.0
     return ByHeight(
         model, found, rows.time[flying], rows.state.impact_pressure[flying], left[flying]
+    )
+
+
+def _height_form(log: FlightLog, priors: Priors) -> tuple[Nuisance, ...]:
+    """A part of the heights that no airspeed has: an air-data computer corrects the airspeed and
+    the altitude apart. A log of pressures has none.
+    """
+    if log.units_by["air_data"] == PRESSURE or not priors.height_form:
+        return ()
+    return (
+        Nuisance(
+            "height_form",
+            priors.height_form,
+            lambda prediction, obs: np.zeros(len(obs)),
+            height=lambda state: state.gain * state.impact_pressure,
+        ),
     )
 
 

@@ -193,6 +193,9 @@ class Priors:
         0.2, "m/√s", (0.02, 1.0), "integral of the vertical velocity's error: 0.05 at 1 Hz"
     )
     height_white_m: float = _prior(3.0, "m", (0.5, 10.0), "height without a vertical velocity")
+    curve_level: float = _prior(
+        0.05, "Δp/q_c", (0.02, 0.1), "chosen, by height alone: few static ports err by 10 %"
+    )
     curve_slope: float = _prior(0.06, "Δp/q_c", (0.02, 0.2), "root mean square: 4 kt at 130 kt")
     curve_lift: float = _prior(0.06, "Δp/q_c", (0.02, 0.2), "root mean square of the part in 1/x")
     curve_departure: float = _prior(
@@ -210,6 +213,12 @@ class Priors:
     )
     height_latency_s: float = _column(
         0.5, "s", (0.2, 1.0), "GPS height after its velocity; measured logs: −0.84"
+    )
+    height_form: float = _column(
+        0.04,
+        "Δp/q_c",
+        (0.01, 0.1),
+        "by height alone, of what an air-data computer corrects: four cockpits have 10 to 20 %",
     )
     turn_lift: float = _column(
         0.02, "Δp/q_c", (0.01, 0.05), "part in n − 1 at the middle of the speeds: lift is n/q"

@@ -11,7 +11,7 @@ from pitotbench import air
 from pitotbench.calibration.covering import drift_of
 from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import FLY_HEADINGS, disagreements, heading_spread
-from pitotbench.calibration.location import STATIC, fit_by_height, mixed
+from pitotbench.calibration.location import STATIC, fit_by_height
 from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
 from pitotbench.calibration.options import (
     AUTO,
@@ -33,7 +33,6 @@ from pitotbench.calibration.prediction import (
 from pitotbench.calibration.reduction import Reduction, model_of, scale_of
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import UNIFORM
-from pitotbench.pressure_error.models import SMOOTH
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
     Calibration,
@@ -163,19 +162,8 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         priors=priors_of(options.priors, log.header),
     )
     obs = observe(log, used)
-    # Height tells the level well and the slope hardly: of a smooth curve these two laws are left,
-    # alike likely.
-    names = ("linear", "bias") if used.law == SMOOTH.name else (used.law,)
-    fits = [
-        fit_by_height(log, used, obs, model_of(replace(used, model=name), scale_of([obs])))
-        for name in names
-    ]
-    found, model = fits[0], fits[0].model
-    if len(fits) > 1:
-        found = replace(
-            found,
-            answer=mixed([(1.0, found.answer), (1.0, fits[1].answer.padded(model.error_count))]),
-        )
+    model = model_of(used, scale_of([obs]))
+    found = fit_by_height(log, used, obs, model)
     k, indicated = found.answer.mean, air.calibrated_airspeed(found.impact_pressure)
     curve = CurveMap(found.model, curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure)))
     gradient = curve.correction_gradient(k)
@@ -194,11 +182,12 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
     residuals = Residuals(found.time, indicated, airspeed, obs.used)
     words = (
         f"the wind is unknown: all headings lie within {heading_spread(obs) / DEGREE:.0f}°. The "
-        "curve is that of the static source, by height and pressure alone. To check it, "
+        "curve is that of the static source, by height and pressure alone, which show no part of it "
+        "in 1/q_c. To check it, "
         f"{FLY_HEADINGS}"
     )
     return Calibration(
-        model=" and ".join(names),
+        model=model.error.name,
         method="height",
         parameters=_estimates(found.model, found.answer)[: found.model.error_count],
         reference_pressure=model.reference_pressure,

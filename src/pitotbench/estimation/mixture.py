@@ -77,9 +77,6 @@ def simultaneous_factor(
     return max(1.0, float(np.quantile(np.concatenate(largest), TWO_SIGMA_SHARE)))
 
 
-_ROUNDING = 1e-16  # variance of a number that is known
-
-
 @dataclass(frozen=True, slots=True)
 class Posterior:
     """Weighted Gaussians for θ: weights (m,), which sum to 1, means (m, p) and covariances (m, p,
@@ -101,15 +98,6 @@ class Posterior:
         offset = self.means - self.mean
         within = np.einsum("m,mpq->pq", self.weights, self.covariances)
         return np.asarray(within + np.einsum("m,mp,mq->pq", self.weights, offset, offset))
-
-    def padded(self, count: int) -> "Posterior":
-        """The same answer with further unknowns that are zero but for rounding, of `count` unknowns
-        in all.
-        """
-        more = count - self.means.shape[1]
-        covariances = np.pad(self.covariances, ((0, 0), (0, more), (0, more)))
-        covariances[:, range(-more, 0), range(-more, 0)] = _ROUNDING
-        return Posterior(self.weights, np.pad(self.means, ((0, 0), (0, more))), covariances)
 
     def not_negative(self, place: int) -> "Posterior":
         """The same answer where θ[place] cannot be negative, as with a half-normal prior.

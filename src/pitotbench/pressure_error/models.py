@@ -107,12 +107,13 @@ class SmoothModel:
 
     `slope`, `lift` and `departure` [Δp/q_c] are one standard deviation of the root mean square of
     the slope's part, of the part in 1/x, and of the departures in the middle one of the rival
-    priors.
+    priors. `level` is one of the level, for a fit that hardly sees it: unknown elsewhere.
     """
 
     name: str
     low: float
     high: float
+    level: float = np.inf
     slope: float = 0.06
     lift: float = 0.06
     departure: float = 0.002
@@ -133,8 +134,8 @@ class SmoothModel:
 
     @property
     def precisions(self) -> Array:
-        """The rival priors of the parameters as precisions, (r, k): flat for the level."""
-        known = [np.inf, self.slope, self.lift]
+        """The rival priors of the parameters as precisions, (r, k)."""
+        known = [self.level, self.slope, self.lift]
         return np.array([[*known, *[size] * (_DEGREES - 2)] for size in self.departures]) ** -2.0
 
     @property

@@ -179,7 +179,7 @@ KEPT: Mapping[str, Kept] = {
     _COMMAND: Kept(_rapid_decels(_COMMAND), partial(of_coverage, COMMAND)),
     "peers": Kept(_rapid_decels("peers", ["light"]), partial(of_coverage, LAW)),
     "outside": Kept(
-        [f"{cell} {seed}" for seed, cell in enumerate(list(CELLS)[:10], start=6_700_000)],
+        [f"{cell} {seed}" for seed, cell in enumerate(list(CELLS)[:10], start=6_700_120)],
         of_outside,
         5,
     ),

@@ -275,7 +275,7 @@ def _height_form(log: FlightLog, priors: Priors) -> tuple[Nuisance, ...]:
     """A part of the heights that no airspeed has: an air-data computer corrects the airspeed and
     the altitude apart. A log of pressures has none.
     """
-    if log.units_by["air_data"] == PRESSURE or not priors.height_form:
+    if log.units_by["air_data"] == PRESSURE:
         return ()
     return (
         Nuisance(

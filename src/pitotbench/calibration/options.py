@@ -201,6 +201,12 @@ class Priors:
     curve_departure: float = _prior(
         0.002, "Δp/q_c", (0.0005, 0.01), "root mean square; a quarter and four times are its rivals"
     )
+    height_form: float = _prior(
+        0.04,
+        "Δp/q_c",
+        (0.01, 0.1),
+        "by height alone, an air-data computer's: heights of a cockpit ask for 7 % beyond its airspeed",
+    )
 
     receiver_smoothing_s2: float = _column(
         0.1,
@@ -213,12 +219,6 @@ class Priors:
     )
     height_latency_s: float = _column(
         0.5, "s", (0.2, 1.0), "GPS height after its velocity; measured logs: −0.84"
-    )
-    height_form: float = _column(
-        0.04,
-        "Δp/q_c",
-        (0.01, 0.1),
-        "by height alone, of what an air-data computer corrects: four cockpits have 10 to 20 %",
     )
     turn_lift: float = _column(
         0.02, "Δp/q_c", (0.01, 0.05), "part in n − 1 at the middle of the speeds: lift is n/q"

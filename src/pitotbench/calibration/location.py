@@ -250,7 +250,7 @@ def fit_by_height(
         law = replace(law, level=priors.curve_level, lift=_NO_LIFT)
     model = replace(model, error=law, static_error=True)
     nuisances = (*nuisances_of(options, obs), *_height_form(log, priors))
-    structure = Structure(model, nuisances, drifting=False, priors=priors, altitude=rows)
+    structure = Structure(model, nuisances, drifting=False, priors=priors)
     theta, guess, free = np.zeros(model.count), altitude_guess(rows), model.error_count
     for _ in range(_OF_HEIGHT):
         whole = altitude_regression(rows, model, theta, nuisances)

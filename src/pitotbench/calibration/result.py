@@ -182,9 +182,8 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
     residuals = Residuals(found.time, indicated, airspeed, obs.used)
     words = (
         f"the wind is unknown: all headings lie within {heading_spread(obs) / DEGREE:.0f}°. The "
-        "curve is that of the static source, by height and pressure alone, which show no part of it "
-        "in 1/q_c. To check it, "
-        f"{FLY_HEADINGS}"
+        "curve is that of the static source, by height and pressure alone. They cannot show a pressure "
+        f"error that is the same at all airspeeds; it is taken as none. To check it, {FLY_HEADINGS}"
     )
     return Calibration(
         model=model.error.name,

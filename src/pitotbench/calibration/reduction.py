@@ -59,6 +59,7 @@ from pitotbench.calibration.prediction import (
     of_slow_probe,
     with_signs,
 )
+from pitotbench.calibration.screening import screen
 from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.temperature import weather_report
@@ -79,7 +80,6 @@ from pitotbench.units import DEGREE, KNOT, Array
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
-from pitotbench.calibration.screening import screen
 
 _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data

@@ -46,6 +46,9 @@ class RegressionLimits:
     nothing: float = 1e-6  # a, that rounding leaves of a reading that stands still
     rows: int = 2000  # that a mean wind is found from: more add nothing
     far: float = 5.0  # times the median of the speed, or of what is left: such a row is faulty
+    rest: float = 1.5  # m/s over the ground, below which the airplane stands
+    settle: float = 8.0  # s at rest that show a zero, at least: usual 5 to 30
+    steady: float = 1.5  # times what the reading scatters at rest: a wind on the ground is gusty
     passes: int = 3  # of leaving these out
 
 
@@ -292,3 +295,44 @@ def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
         means = {n: np.bincount(place, channels[n][here]) / rows for n in names}
         means["time"] = means["time"] - time[0]
         yield part_of(means, altitude=means.get("altitude"))
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """What the impact pressure reads while the airplane stands before or after its flight [Pa]: the
+    median of the means of blocks, the range that holds nine tenths of them, and the standard
+    deviations of what changes from block to block and of the noise that the mean of all rows keeps.
+    """
+
+    reading_pa: float
+    scatter_pa: float
+    gusts_pa: float
+    noise_pa: float
+
+
+def rests_of(channels: Mapping[str, Any]) -> tuple[Rest | None, Rest | None]:
+    """Return the rest before a flight and the one after it, each None where it lasts less than
+    `LIMITS.settle` seconds or the airplane never moves.
+
+    `channels` [SI] by name, (n,) each: those of `NEEDED` without the static pressure.
+    """
+    time, impact = channels["time"], channels["impact_pressure"]
+    moving = np.flatnonzero(
+        np.hypot(channels["velocity_north"], channels["velocity_east"]) > LIMITS.rest
+    )
+    if not len(moving):
+        return None, None
+    before, after = slice(0, moving[0]), slice(moving[-1] + 1, len(time))
+    return _rest(time[before], impact[before]), _rest(time[after], impact[after])
+
+
+def _rest(time: Array, impact: Array) -> Rest | None:
+    block = np.unique(time // LIMITS.block, return_inverse=True)[1]
+    if LIMITS.block * (np.max(block, initial=-1) + 1) < LIMITS.settle:
+        return None
+    rows = np.bincount(block)
+    means = np.bincount(block, impact) / rows
+    low, reading, high = np.quantile(means, [0.05, 0.5, 0.95])
+    white = float(np.mean(np.diff(impact, 2) ** 2)) / 6.0  # slow signals cancel
+    gusts = max(float(np.var(means)) - white * float(np.mean(1.0 / rows)), 0.0)
+    return Rest(float(reading), float(high - low), gusts**0.5, (white / len(impact)) ** 0.5)

@@ -15,7 +15,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.airdata import LIMITS as REGRESSION
-from pitotbench.airdata import TAXI, Fit, Part, follow, parts_of, regress
+from pitotbench.airdata import TAXI, Fit, Part, follow, parts_of, regress, rests_of
 from pitotbench.timeline import fresh_fixes, minutes_text
 from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY
 
@@ -64,9 +64,7 @@ class BrokenLimits:
     drift: float = 0.08  # of the least impact pressures, by which a zero moves to be reported
     shortest: float = 150.0  # s: in less, a drift or steps may be one change of gain
     warms: tuple[float, ...] = (150.0, 400.0)  # s, in which a sensor takes its temperature
-    steady: float = 1.5  # times what the reading scatters at rest: a wind on the ground is gusty
     level: float = 0.04  # of the ambient pressure, its most change for one wind to hold: 350 m
-    rest: float = 1.5  # m/s over the ground, below which the airplane stands
     breeze: float = 40.0  # Pa that a wind of 8 m/s on the ground makes
     drift_sigmas: float = 4.0  # standard errors, the same
 
@@ -324,24 +322,16 @@ def _drifting(part: Part) -> Broken | None:
 
 def _zero_moved(channels: Mapping[str, Any]) -> Broken | None:
     """A zero that differs at rest before and after the flight."""
-    time, impact = channels["time"], channels["impact_pressure"]
+    first, last = rests_of(channels)
+    if first is None or last is None:
+        return None
+    before, after = first.reading_pa, last.reading_pa
+    scatter = max(first.scatter_pa, last.scatter_pa)
     speed = np.hypot(channels["velocity_north"], channels["velocity_east"])
-    moving = np.flatnonzero(speed > LIMITS.rest)
-    if not len(moving):
-        return None
-    ends = [slice(0, moving[0]), slice(moving[-1] + 1, len(time))]
-    blocks = [np.unique(time[end] // REGRESSION.block, return_inverse=True)[1] for end in ends]
-    if min(REGRESSION.block * (np.max(block, initial=-1) + 1) for block in blocks) < LIMITS.settle:
-        return None
-    means = [
-        np.bincount(block, impact[end]) / np.bincount(block)
-        for block, end in zip(blocks, ends, strict=True)
-    ]
-    before, after = (float(np.median(mean)) for mean in means)
-    scatter = max(float(np.ptp(np.quantile(mean, [0.05, 0.95]))) for mean in means)
     fast = speed > REGRESSION.flying * float(np.quantile(speed, 0.95))
-    moved, low = after - before, float(np.quantile(impact[fast], 0.1))
-    if abs(moved) < max(LIMITS.breeze, LIMITS.drift * low, LIMITS.steady * scatter):
+    low = float(np.quantile(channels["impact_pressure"][fast], 0.1))
+    moved = after - before
+    if abs(moved) < max(LIMITS.breeze, LIMITS.drift * low, REGRESSION.steady * scatter):
         return None
     return Broken(
         f"the zero drifts: at rest the impact pressure reads {before:.0f} Pa before the flight and "

@@ -151,8 +151,8 @@ def priors_at(structure: Structure, theta: Array) -> tuple[Array, Array]:
     """
     model, law = structure.model, structure.model.error.precisions
     winds = np.zeros((len(law), model.count - model.error_count))
-    known = np.array([1.0 / n.deviation**2 for n in structure.nuisances])
-    mean = np.zeros(model.count + len(known))
+    means, known = np.array([n.known() for n in structure.nuisances]).reshape(-1, 2).T
+    mean = np.concatenate([np.zeros(model.count), means])
     mean[: model.error_count] = -theta[: model.error_count]
     if (wind := structure.wind) is not None:
         winds[:, :2] = 1.0 / wind.deviation**2

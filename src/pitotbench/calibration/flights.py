@@ -14,7 +14,7 @@ from pitotbench import air
 from pitotbench.calibration.fit_checks import require_useful
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
-from pitotbench.calibration.prediction import curve_airspeeds
+from pitotbench.calibration.prediction import ZERO, curve_airspeeds
 from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, scale_of
 from pitotbench.calibration.result import assemble
 from pitotbench.estimation.information import Information, information_from
@@ -99,10 +99,12 @@ def _names(each: Reduction, number: int) -> list[str]:
 
 
 def _is_common(each: Reduction, name: str) -> bool:
-    """Whether a nuisance is common to all logs; the temperature of a standard day and a changing
-    wind are not.
+    """Whether a nuisance is common to all logs; the temperature of a standard day, a zero that the
+    log shows at rest and a changing wind are not.
     """
     if name == "temperature_k" and each.observations.standard_day:
+        return False
+    if name == ZERO and each.observations.rests:
         return False
     return any(name == f.name or name.startswith("velocity_") for f in fields(Accuracies))
 

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.airdata import TAXI
+from pitotbench.airdata import TAXI, Rest
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.estimation.noise import Intervals, robust_deviation
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.records import BadInputError
-from pitotbench.records.log import OF_FIXES, FlightLog
+from pitotbench.records.log import AT_REST, OF_FIXES, FlightLog
 from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import (
     DEGREE,
@@ -232,6 +232,7 @@ class Observations:
     acceleration: Array  # m/s² over the ground toward north and east, (n, 2)
     of_fixes: bool = False
     heading: Array | None = None  # rad, as logged
+    rests: tuple[Rest, ...] = ()  # what the gauge reads before and after the flight
 
     def __len__(self) -> int:
         return len(self.time)
@@ -324,7 +325,15 @@ def observe(
         ],
         heading=None if log.heading is None else log.heading[used],
         of_fixes=OF_FIXES in log.header,
+        rests=_rests(log, used),
     )
+
+
+def _rests(log: FlightLog, used: Booleans) -> tuple[Rest, ...]:
+    """What the gauge reads at rest; nothing of one that reads as in flight."""
+    low = float(np.min(log.impact_pressure[used]))
+    rests = (Rest(**each) for each in log.header.get(AT_REST, ()))
+    return tuple(each for each in rests if each.reading_pa < low)
 
 
 _LONG_FLIGHT = 1800.0  # s: beyond it one wind does not hold for all rows

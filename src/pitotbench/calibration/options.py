@@ -208,6 +208,9 @@ class Priors:
         "by height alone, an air-data computer's: heights of a cockpit ask for 7 % beyond its airspeed",
     )
 
+    zero_drift_pa: float = _prior(
+        2.0, "Pa", (0.5, 10.0), "chosen: what a zero moves between the ground and the flight"
+    )
     receiver_smoothing_s2: float = _column(
         0.1,
         "s²",

@@ -10,6 +10,8 @@ import numpy as np
 from scipy.special import ndtr
 
 from pitotbench import air
+from pitotbench.airdata import LIMITS as GAUGES
+from pitotbench.airdata import Rest
 from pitotbench.calibration.observations import Blocks, Observations
 from pitotbench.calibration.options import (
     WITHOUT_TEMPERATURE,
@@ -465,7 +467,8 @@ class Nuisance:
     gives the change of the altitude rows per unit [m], None for none; `of_source` states that this
     is an error of the static source, and no other place of the error shows in the height.
     `positive` states that the prior is half-normal. Where its effect is not above `planned`, the
-    airspeed says nothing of it.
+    airspeed says nothing of it. `measured` is what rows outside the flight say of it, with its
+    standard deviation; None where they say nothing.
     """
 
     name: str
@@ -476,6 +479,13 @@ class Nuisance:
     of_source: bool = False
     positive: bool = False
     planned: float = 0.0
+    measured: tuple[float, float] | None = None
+
+    def known(self) -> tuple[float, float]:
+        """The mean and the precision of what is known before the flight is looked at."""
+        value, deviation = self.measured or (0.0, np.inf)
+        precision = self.deviation**-2.0 + deviation**-2.0
+        return value * deviation**-2.0 / precision, precision
 
 
 @dataclass(frozen=True, slots=True)
@@ -511,7 +521,7 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         ),
         Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
         Nuisance("static_pressure_pa", 0.5 * stated.static_pressure_pa, _by_static_pressure),
-        Nuisance(ZERO, 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
+        _zero(obs.rests, stated, priors),
         *(
             Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, _wind(i))
             for i, a in enumerate(_AXES)
@@ -524,6 +534,23 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
     layers = () if options.wind == "constant" or stated_wind(options.wind) else _layers(obs, change)
     linear = _linear_wind(obs, change) if options.wind == "linear" else ()
     return (*(n for n in known if n.deviation > 0.0), *linear, *layers)
+
+
+_GUSTY = 2.0  # times its change, the mean pressure of a wind whose gusts are a quarter of it
+
+
+def _zero(rests: Sequence[Rest], stated: Accuracies, priors: Priors) -> Nuisance:
+    """The zero of the impact pressure, as it reads at rest: there a wind may blow into the tube, and
+    until the flight the zero moves.
+    """
+    deviation, measured = 0.5 * stated.impact_pressure_zero_pa, None
+    if rests:
+        deviation = max(deviation, GAUGES.zero)
+        readings = [each.reading_pa for each in rests]
+        wind = max(float(np.hypot(_GUSTY * each.gusts_pa, each.noise_pa)) for each in rests)
+        moved = float(np.hypot(priors.zero_drift_pa, 0.5 * np.ptp(readings)))
+        measured = float(np.mean(readings)), float(np.hypot(wind, moved))
+    return Nuisance(ZERO, deviation, lambda p, o: 1.0 / p.slope, measured=measured)
 
 
 def _smoothing(options: CalibrationOptions, obs: Observations) -> float:

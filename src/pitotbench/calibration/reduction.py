@@ -67,6 +67,7 @@ from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorModel, SmoothModel
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
+    READ_AT_REST,
     Assumption,
     Diagnostics,
     HeightFound,
@@ -178,7 +179,7 @@ def reduce_log(
         weather_report=weather_report(log),
         warnings=(*_warnings(log, reduction, left_out), *reduction.warnings),
         priors=stated_of(options.priors),
-        assumptions=_relevant_assumptions(assumed, used, reduction.observations),
+        assumptions=_relevant_assumptions(assumed, used, reduction),
     )
 
 
@@ -196,11 +197,13 @@ def _require_observable(model: PredictionModel, obs: Observations, log: FlightLo
 
 
 def _relevant_assumptions(
-    assumed: tuple[Assumption, ...], options: CalibrationOptions, obs: Observations
+    assumed: tuple[Assumption, ...], options: CalibrationOptions, reduction: Reduction
 ) -> tuple[Assumption, ...]:
-    """The accuracies that the bound of this log depends on: the usual names, and others that are
-    not zero.
+    """The accuracies that the bound of this log depends on: the usual names, others that are not
+    zero, and what the rows at rest say.
     """
+    obs = reduction.observations
+    at_rest = {n.name: 2.0 * n.measured[1] for n in reduction.nuisances if n.measured is not None}
     if options.method != "covering":
         assumed = tuple(replace(each, two_sigma=0.0, source="method") for each in assumed)
     elif obs.standard_day:
@@ -210,6 +213,12 @@ def _relevant_assumptions(
             else each
             for each in assumed
         )
+    assumed = tuple(
+        replace(each, two_sigma=at_rest[each.name], source=READ_AT_REST)
+        if each.name in at_rest
+        else each
+        for each in assumed
+    )
     wind = stated_wind(options.wind)
     return (
         *(each for each in assumed if each.two_sigma > 0.0 or getattr(USUAL, each.name) > 0.0),

@@ -1,6 +1,7 @@
 """Make a checked log of a table under our column names."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
 
 from pitotbench.logbook.checks import CHECKS, CLOCK_CHECKS
 from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings
@@ -8,8 +9,8 @@ from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import Draft, draft_of, require
 from pitotbench.logbook.stuck_sensors import keep_new_airspeeds
 from pitotbench.records import BadInputError
+from pitotbench.records.log import AT_REST, FlightLog
 from pitotbench.records.log import START as FIRST_ROW
-from pitotbench.records.log import FlightLog
 
 Span = tuple[float, float]  # s after the first row
 # From and to, None for an end of the log, and the spans between them that are left out.
@@ -77,6 +78,9 @@ def log_of(
         check(draft)
     if header.get(MAPPING) == _HOLDS:
         keep_new_airspeeds(draft)
+    header.pop(AT_REST, None)
+    if draft.rests:
+        header[AT_REST] = [asdict(each) for each in draft.rests]
     warnings = [*earlier_warnings(header), *draft.warnings]
     header.pop(WARNINGS, None)
     if warnings:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from pitotbench.airdata import TAXI
+from pitotbench.airdata import TAXI, rests_of
 from pitotbench.broken import BROKEN, Broken, find_early, find_late
 from pitotbench.channels import Channel
 from pitotbench.logbook.blank_cells import check_numbers, drop_blank_start, hold_fixes
@@ -154,7 +154,7 @@ def _tell_broken(draft: Draft, find: Callable[[Mapping[str, Array]], Broken | No
 
 
 def check_impact_pressure(draft: Draft) -> None:
-    """Drop rows of negative impact pressure.
+    """Drop rows of negative impact pressure, and keep what is read at rest.
 
     Raise BadInputError for a stuck sensor, and where most are negative.
 
@@ -177,6 +177,9 @@ def check_impact_pressure(draft: Draft) -> None:
             f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}; "
             "repair its line or its wiring, and fly again"
         )
+    # A display shows 0 at rest, whatever its zero is.
+    rests = (each for each in rests_of(draft.channels) if each is not None)
+    draft.rests = tuple(each for each in rests if each.scatter_pa > 0.0)
     negative = impact < 0.0
     if negative.mean() > _MOST_NEGATIVE:
         raise BadInputError(

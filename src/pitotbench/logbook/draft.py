@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.airdata import Rest
 from pitotbench.channels import Channel
 from pitotbench.logbook.columns import (
     OPTIONAL,
@@ -69,6 +70,7 @@ class Draft:
     clock: bool = False  # whether the time comes from clock times
     start: float | None = None  # s, the first row of the log of which a part is kept
     units_by: dict[str, str] = field(default_factory=dict)  # as `FlightLog.units_by`
+    rests: tuple[Rest, ...] = ()  # what the impact pressure reads before and after the flight
 
     def keep(self, good: Booleans) -> None:
         """Keep only the rows where `good` is true, (n,).

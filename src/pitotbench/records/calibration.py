@@ -251,15 +251,17 @@ class DayTemperature:
     by_slow_end: float
 
 
+READ_AT_REST = "read at rest"  # source of an assumption
+
+
 @dataclass(frozen=True, slots=True)
 class Assumption:
     """The 2σ accuracy that a bound takes for granted of one constant error; its unit is the suffix
     of the name.
 
     `source`: `stated` by the user or the mapping, `header` (by the log itself), `usual` (nobody
-    stated one),
-    `standard day` (the log has no temperature) or `method` (the published method takes its sensors
-    for exact).
+    stated one), `standard day` (the log has no temperature), `READ_AT_REST` (the rows at rest show
+    it) or `method` (the published method takes its sensors for exact).
     """
 
     name: str

@@ -64,6 +64,7 @@ class Caution(str):
 
 
 START = "first_row_s"  # header entry of a part of a log: the time of the first row of the whole
+AT_REST = "at_rest"  # header entry: what the impact pressure reads before and after the flight
 OF_FIXES = "velocity_of_fixes_s"  # header entry: the time between the fixes that give the velocity
 UNITS_BY = "units_by"  # header entry: what fixes the units of a log, see `FlightLog.units_by`
 PRESSURE, FORMAT, NAMED, GUESSED = "pressure", "speed", "named", "guessed"  # of that entry

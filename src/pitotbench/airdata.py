@@ -310,20 +310,18 @@ class Rest:
     noise_pa: float
 
 
-def rests_of(channels: Mapping[str, Any]) -> tuple[Rest | None, Rest | None]:
-    """Return the rest before a flight and the one after it, each None where it lasts less than
-    `LIMITS.settle` seconds or the airplane never moves.
+def rests_of(channels: Mapping[str, Any]) -> list[Rest]:
+    """Return the rests before and after a flight that show the zero of a gauge: of some seconds
+    (`LIMITS.settle`), and not of a display, which stands at 0 whatever its zero is.
 
     `channels` [SI] by name, (n,) each: those of `NEEDED` without the static pressure.
     """
     time, impact = channels["time"], channels["impact_pressure"]
-    moving = np.flatnonzero(
-        np.hypot(channels["velocity_north"], channels["velocity_east"]) > LIMITS.rest
-    )
-    if not len(moving):
-        return None, None
-    before, after = slice(0, moving[0]), slice(moving[-1] + 1, len(time))
-    return _rest(time[before], impact[before]), _rest(time[after], impact[after])
+    speed = np.hypot(channels["velocity_north"], channels["velocity_east"])
+    moving = np.flatnonzero(speed > LIMITS.rest)
+    ends = [slice(0, moving[0]), slice(moving[-1] + 1, None)] if len(moving) else []
+    rests = (_rest(time[end], impact[end]) for end in ends)
+    return [each for each in rests if each is not None and each.scatter_pa > 0.0]
 
 
 def _rest(time: Array, impact: Array) -> Rest | None:

@@ -322,11 +322,10 @@ def _drifting(part: Part) -> Broken | None:
 
 def _zero_moved(channels: Mapping[str, Any]) -> Broken | None:
     """A zero that differs at rest before and after the flight."""
-    first, last = rests_of(channels)
-    if first is None or last is None:
+    if len(rests := rests_of(channels)) < 2:
         return None
-    before, after = first.reading_pa, last.reading_pa
-    scatter = max(first.scatter_pa, last.scatter_pa)
+    before, after = (each.reading_pa for each in rests)
+    scatter = max(each.scatter_pa for each in rests)
     speed = np.hypot(channels["velocity_north"], channels["velocity_east"])
     fast = speed > REGRESSION.flying * float(np.quantile(speed, 0.95))
     low = float(np.quantile(channels["impact_pressure"][fast], 0.1))

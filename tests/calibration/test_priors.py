@@ -1,7 +1,7 @@
 """The numbers of the priors: each can be stated, is checked, and moves the answer."""
 
 import json
-from dataclasses import fields, replace
+from dataclasses import asdict, fields, replace
 
 import numpy as np
 import pytest
@@ -10,10 +10,12 @@ from tests.calibration import trajectories
 from tests.calibration.test_fixed_speed_points import RATE, circle_path
 
 from pitotbench import BadInputError, CalibrationOptions, write_log
+from pitotbench.airdata import Rest
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import fixed_speed_points
 from pitotbench.calibration.options import PRIORS, Priors, parse_priors
 from pitotbench.cli.app import main
+from pitotbench.records.log import AT_REST
 from pitotbench.show.calibration_tree import calibration_tree
 from pitotbench.show.tree import SOURCES, Sentence, nodes_in
 from pitotbench.units import KNOT
@@ -27,6 +29,7 @@ USED_WITH = {  # what a log or an answer must have for a prior to matter
     "wind_change_mps": "linear",
     "curve_level": "one heading",
     "height_form": "air-data computer",
+    "zero_drift_pa": "at rest",
 }
 
 
@@ -47,6 +50,9 @@ def logs():
         "one heading": straight,
         "air-data computer": replace(
             straight, header={**flown.header, "units_by": {"air_data": "speed"}}
+        ),
+        "at rest": replace(
+            flown, header={**flown.header, AT_REST: [asdict(Rest(0.0, 2.0, 0.2, 0.1))]}
         ),
     }
 

@@ -5,6 +5,8 @@ A robust fit of the same log with scale, zero and lag, published with the data, 
 100 Pa.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.shared_data import real_log
@@ -13,6 +15,7 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions, options_from
 from pitotbench.logbook.mapping import find_mapping
 from pitotbench.logbook.reading import read_log
+from pitotbench.records.log import AT_REST
 from pitotbench.units import KNOT
 
 
@@ -23,6 +26,11 @@ def log():
 
 def _options() -> CalibrationOptions:
     return options_from({**find_mapping("seaway").calibrate, "latency": "checked"})
+
+
+def _without_rest(log):
+    """The log without what its rows at rest say of the zero."""
+    return replace(log, header={k: v for k, v in log.header.items() if k != AT_REST})
 
 
 def _scale_and_zero(log):
@@ -50,6 +58,7 @@ def test_stable_under_halving_the_data(log):
     The gusts found here last a second. Half of the samples hardly resolve them, and the prior of
     the length then has more say.
     """
+    log = _without_rest(log)
     flown = np.flatnonzero(np.hypot(log.velocity_north, log.velocity_east) > 5.0)
     _, whole_scale, whole_zero = _scale_and_zero(log)
     for half in (0, 1):
@@ -59,6 +68,15 @@ def test_stable_under_halving_the_data(log):
         assert abs(scale.value - whole_scale.value) < scale.two_sigma
         assert abs(zero.value - whole_zero.value) < zero.two_sigma
         assert whole_scale.two_sigma < scale.two_sigma < 2.0 * whole_scale.two_sigma
+
+
+def test_the_rest_shows_the_zero_that_the_flight_shows(log):
+    """Ten minutes on the ground and the flight alone agree, and both together know it better."""
+    (_, _, flown), (_, _, both) = (_scale_and_zero(each) for each in (_without_rest(log), log))
+    readings = [each["reading_pa"] for each in log.header[AT_REST]]
+    print(f"at rest {readings}, flown {flown.value:.0f} ± {flown.two_sigma:.0f} Pa")
+    assert np.all(np.abs(np.array(readings) - flown.value) < 1.5 * flown.two_sigma)
+    assert both.two_sigma < 0.8 * flown.two_sigma
 
 
 def test_the_correction_is_for_the_raw_reading(log):

@@ -543,14 +543,16 @@ def _zero(rests: Sequence[Rest], stated: Accuracies, priors: Priors) -> Nuisance
     """The zero of the impact pressure, as it reads at rest: there a wind may blow into the tube, and
     until the flight the zero moves.
     """
-    deviation, measured = 0.5 * stated.impact_pressure_zero_pa, None
-    if rests:
-        deviation = max(deviation, GAUGES.zero)
-        readings = [each.reading_pa for each in rests]
-        wind = max(float(np.hypot(_GUSTY * each.gusts_pa, each.noise_pa)) for each in rests)
-        moved = float(np.hypot(priors.zero_drift_pa, 0.5 * np.ptp(readings)))
-        measured = float(np.mean(readings)), float(np.hypot(wind, moved))
-    return Nuisance(ZERO, deviation, lambda p, o: 1.0 / p.slope, measured=measured)
+    wide = Nuisance(ZERO, 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope)
+    if not rests:
+        return wide
+    readings = [each.reading_pa for each in rests]
+    parts = (
+        *(max(_GUSTY * each.gusts_pa for each in rests), max(each.noise_pa for each in rests)),
+        *(priors.zero_drift_pa, 0.5 * float(np.ptp(readings))),
+    )
+    measured = float(np.mean(readings)), float(np.linalg.norm(parts))
+    return replace(wide, deviation=max(wide.deviation, GAUGES.zero), measured=measured)
 
 
 def _smoothing(options: CalibrationOptions, obs: Observations) -> float:

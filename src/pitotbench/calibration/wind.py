@@ -2,7 +2,7 @@
 it may be.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from pitotbench.estimation.evidence import ColumnEvidence, EvidencePart, column_
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import MarkovNoise, MarkovProcess, deviation_of_sizes
 from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck
-from pitotbench.estimation.restricted_likelihood import Regression
+from pitotbench.estimation.restricted_likelihood import LogPrior, Regression
 from pitotbench.records.calibration import WindChange
 from pitotbench.records.log import Caution
 from pitotbench.timeline import minutes_text
@@ -191,47 +191,92 @@ def check_wind(
     Returns what was found, and the mixture over a constant wind and its changes. A log too short
     for a change has None and the answer as it is.
     """
-    obs = every.every(max(round(_LEAST_INTERVAL / float(np.median(np.diff(every.time)))), 1))
-    blocks = divide(obs, 2.0 * block_length(obs))
+    obs, blocks = _slow_rows(every)
     shapes = _shapes(blocks)
     if shapes is None:
         return None, answer
-    best = max(fit.nodes, key=lambda node: node.weight)
     evidence_at = _evidence(
-        structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time, best.rival
+        structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time, fit.likely.rival
     )
-    log_prior = log_prior_of(structure, obs)
-    noises = [_shorter(best.noise, ratio) for ratio in _SHORTER]
-    found = [evidence_at(phi) for phi in noises]
-    heights = np.array(
-        [each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)]
-    )
-    gains = np.array(
-        [_gains(each, each.information.inner[-1:, :-1], shapes)[:, 0] for each in found]
-    )
-    odds = heights[:, None] + gains
-    noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
-    change = shapes.changes[int(place)]
-    likely = found[int(noise)].information.posterior(change.places, change.deviations).mean
-    moved = (found[int(noise)].moved[:, change.places] @ likely)[: structure.model.count]
+    weighed = _weigh(evidence_at, fit.likely.noise, log_prior_of(structure, obs), shapes.changes)
+    change, likely, moved = weighed.change, weighed.sizes, weighed.moved[: structure.model.count]
     sizes = likely.reshape(2, -1)
     some = shapes.of_time[:: len(shapes.of_time) // _MOMENTS + 1, change.places[: sizes.shape[1]]]
     winds = some @ sizes.T
     distances = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
-    log_factor = float(logsumexp(odds) - logsumexp(heights))
-    by_chance = (
-        logsumexp(_gains(found[0], found[0].information.drawn(_DRAWS, _SEED), shapes), axis=0)
-        >= log_factor
-    )
-    factor, chance = float(np.exp(min(log_factor, 700.0))), float(np.mean(by_chance))
+    log_factor = weighed.log_factor
+    factor = float(np.exp(min(log_factor, 700.0)))
     time = change.time if change.kind == JUMP else np.nan
     moves = curve_moved(structure.model, every, answer, moved)
-    shares = _CHANGES * np.exp(odds - logsumexp(heights) - max(log_factor, 0.0))
     steady = (1.0 - _CHANGES) * np.exp(-max(log_factor, 0.0))
-    averaged = _averaged(answer, steady, shares, found, shapes, structure.model.error_count)
+    averaged = _averaged(answer, steady, weighed, shapes, structure.model.error_count)
     size = float(np.max(distances))
-    found_change = WindChange(factor, chance, change.kind, size, time, moves.most, moves.share)
-    return found_change, averaged
+    return WindChange(
+        factor, weighed.chance(), change.kind, size, time, moves.most, moves.share
+    ), averaged
+
+
+def _slow_rows(every: Observations) -> tuple[Observations, Blocks]:
+    """The rows that a slow change needs, and their blocks."""
+    obs = every.every(max(round(_LEAST_INTERVAL / float(np.median(np.diff(every.time)))), 1))
+    return obs, divide(obs, 2.0 * block_length(obs))
+
+
+@dataclass(frozen=True, slots=True)
+class _Weighed:
+    """The evidence for changes under some noises: `found` under each noise, `odds` (noises,
+    changes) of each pair, and `log_factor` by which some change is likelier than none.
+    """
+
+    changes: Sequence[_Change]
+    found: list[ColumnEvidence]
+    odds: Array
+    log_factor: float
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """The likeliest noise and change."""
+        noise, place = np.unravel_index(int(np.argmax(self.odds)), self.odds.shape)
+        return int(noise), int(place)
+
+    @property
+    def change(self) -> _Change:
+        """The likeliest change."""
+        return self.changes[self.place[1]]
+
+    @property
+    def sizes(self) -> Array:
+        """The likeliest sizes of its columns, (k,)."""
+        information = self.found[self.place[0]].information
+        return information.posterior(self.change.places, self.change.deviations).mean
+
+    @property
+    def moved(self) -> Array:
+        """What it moves of all unknowns, (p,)."""
+        return np.asarray(self.found[self.place[0]].moved[:, self.change.places] @ self.sizes)
+
+    def chance(self) -> float:
+        """The probability of so much evidence where nothing changes, by draws."""
+        drawn = _gains(self.found[0], self.found[0].information.drawn(_DRAWS, _SEED), self.changes)
+        return float(np.mean(logsumexp(drawn, axis=0) >= self.log_factor))
+
+
+def _weigh(
+    evidence_at: Callable[[Array], ColumnEvidence],
+    likely: Array,
+    log_prior: LogPrior,
+    changes: Sequence[_Change],
+) -> _Weighed:
+    """Weigh changes under the likely noise of a steady fit, (d,), and under shorter gusts."""
+    noises = [_shorter(likely, ratio) for ratio in _SHORTER]
+    found = [evidence_at(phi) for phi in noises]
+    heights = np.array(
+        [each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)]
+    )
+    pulls = [each.information.inner[-1:, :-1] for each in found]
+    gains = [_gains(*each, changes)[:, 0] for each in zip(found, pulls, strict=True)]
+    odds = heights[:, None] + np.array(gains) - logsumexp(heights)
+    return _Weighed(changes, found, odds, float(logsumexp(odds)))
 
 
 _GAIN = 0.05  # 1σ of a step of the factor
@@ -255,8 +300,8 @@ def check_gain(
     It is only warned of: where each speed is flown once it is hard to separate from a curve, and an
     average over it would widen the bound of every log.
     """
-    obs = every.every(max(round(_LEAST_INTERVAL / float(np.median(np.diff(every.time)))), 1))
-    blocks, theta = divide(obs, 2.0 * block_length(obs)), fit.theta[: structure.model.count]
+    obs, blocks = _slow_rows(every)
+    theta = fit.theta[: structure.model.count]
     triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
     prediction = structure.model.predict(theta, obs)
     time, first = blocks.middle(), structure.model.error_count
@@ -264,49 +309,26 @@ def check_gain(
     effect = blocks.mean(obs.impact_pressure / prediction.slope)
     regression, along = triangle.regression, -triangle.regression.regressors[:, first : first + 2]
     airspeed = blocks.mean(prediction.true_airspeed)
-    best = max(fit.nodes, key=lambda node: node.weight)
-    noises = [_shorter(best.noise, ratio) for ratio in _SHORTER]
     columns = effect[:, None] * (time[:, None] > times)
 
     def evidence(phi: Array) -> ColumnEvidence:
         noise = _triangle_noise(blocks, triangle, along, airspeed, phi)
         part = EvidencePart(regression.response, regression.instruments, columns, noise)
-        return column_evidence([part], *regression.prior(best.rival))
+        return column_evidence([part], *regression.prior(fit.likely.rival))
 
-    found = [evidence(phi) for phi in noises]
-    log_prior = log_prior_of(structure, obs)
-    heights = np.array(
-        [each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)]
-    )
     share, one = float(-np.log(len(times))), np.array([_GAIN])
-
-    def gains(each: ColumnEvidence, pulls: Array) -> Array:
-        return np.array(
-            [
-                each.information.log_evidences(pulls, np.array([i]), one) + share
-                for i in range(len(times))
-            ]
-        )
-
-    odds = heights[:, None] + np.array(
-        [gains(each, each.information.inner[-1:, :-1])[:, 0] for each in found]
-    )
-    noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
-    log_factor = float(logsumexp(odds) - logsumexp(heights))
-    size = float(found[int(noise)].information.posterior([int(place)], one).mean[0])
+    steps = [_Change("gain", np.array([i]), one, share) for i in range(len(times))]
+    weighed = _weigh(evidence, fit.likely.noise, log_prior_of(structure, obs), steps)
+    size, place = float(weighed.sizes[0]), weighed.place[1]
     of_wind = 0.0 if change is None else float(np.log(max(change.bayes_factor, 1.0)))
-    if log_factor < of_wind + _LEAST_LOG_ODDS or abs(size) < _LEAST_GAIN:
+    if weighed.log_factor < of_wind + _LEAST_LOG_ODDS or abs(size) < _LEAST_GAIN:
         return ()
-    by_chance = (
-        logsumexp(gains(found[0], found[0].information.drawn(_DRAWS, _SEED)), axis=0) >= log_factor
-    )
-    if float(np.mean(by_chance)) > _GAIN_CHANCE:
+    if weighed.chance() > _GAIN_CHANCE:
         return ()
     if _by_own_scatter(regression, columns[:, place], time) < _CLEAR_STEP:
         return ()
     when = minutes_text(float(times[place] - every.time[0]))
-    moved = found[int(noise)].moved[: structure.model.count, place] * size
-    moves = curve_moved(structure.model, every, answer, moved)
+    moves = curve_moved(structure.model, every, answer, weighed.moved[: structure.model.count])
     text = (
         f"the impact pressure seems to change by {size:+.0%} from {when} of the rows used on, more "
         "than gusts or a "
@@ -335,8 +357,7 @@ def _by_own_scatter(problem: Regression, column: Array, time: Seconds) -> float:
 def _averaged(
     answer: Posterior,
     steady: float,
-    shares: Array,
-    found: list[ColumnEvidence],
+    weighed: _Weighed,
     shapes: _Shapes,
     first: int,
 ) -> Posterior:
@@ -345,6 +366,7 @@ def _averaged(
 
     The wind, from the place `first` on, is its mean over the log.
     """
+    shares = _CHANGES * np.exp(weighed.odds - max(weighed.log_factor, 0.0))
     mean_wind = np.zeros((len(answer.mean), 2 * len(shapes.means)))
     mean_wind[first, : len(shapes.means)] = mean_wind[first + 1, len(shapes.means) :] = shapes.means
     total, count = steady + float(shares.sum()), len(answer.mean)
@@ -355,7 +377,7 @@ def _averaged(
         [answer.covariances],
     )
     for noise, place in np.argwhere(shares > _LEAST_WEIGHT * total):
-        change, evidence = shapes.changes[int(place)], found[int(noise)]
+        change, evidence = shapes.changes[int(place)], weighed.found[int(noise)]
         moved = evidence.moved[:count, change.places] + mean_wind[:, change.places]
         sizes = evidence.information.posterior(change.places, change.deviations)
         weights.append(shares[noise, place, None] / total)
@@ -365,13 +387,13 @@ def _averaged(
     return Posterior(kept / kept.sum(), np.concatenate(means), np.concatenate(covariances))
 
 
-def _gains(evidence: ColumnEvidence, pulls: Array, shapes: _Shapes) -> Array:
+def _gains(evidence: ColumnEvidence, pulls: Array, changes: Sequence[_Change]) -> Array:
     """The log Bayes factor of each change with its share, (changes, d), for pulls (d, m)."""
     return np.array(
         [
             evidence.information.log_evidences(pulls, change.places, change.deviations)
             + change.log_share
-            for change in shapes.changes
+            for change in changes
         ]
     )
 

@@ -177,9 +177,7 @@ def check_impact_pressure(draft: Draft) -> None:
             f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}; "
             "repair its line or its wiring, and fly again"
         )
-    # A display shows 0 at rest, whatever its zero is.
-    rests = (each for each in rests_of(draft.channels) if each is not None)
-    draft.rests = tuple(each for each in rests if each.scatter_pa > 0.0)
+    draft.rests = rests_of(draft.channels)
     negative = impact < 0.0
     if negative.mean() > _MOST_NEGATIVE:
         raise BadInputError(

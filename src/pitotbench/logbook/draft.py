@@ -70,7 +70,9 @@ class Draft:
     clock: bool = False  # whether the time comes from clock times
     start: float | None = None  # s, the first row of the log of which a part is kept
     units_by: dict[str, str] = field(default_factory=dict)  # as `FlightLog.units_by`
-    rests: tuple[Rest, ...] = ()  # what the impact pressure reads before and after the flight
+    rests: list[Rest] = field(
+        default_factory=list
+    )  # what the impact pressure reads before and after the flight
 
     def keep(self, good: Booleans) -> None:
         """Keep only the rows where `good` is true, (n,).

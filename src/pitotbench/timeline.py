@@ -125,3 +125,9 @@ def _after(time: Seconds, samples: float, seconds: float) -> Indices:
     if len(time) < 2:
         return np.zeros(0, dtype=np.intp)
     return np.flatnonzero(np.diff(time) > max(samples * interval(time), seconds)) + 1
+
+
+def nearest(time: Seconds, clock: Seconds) -> Indices:
+    """Return the place in `clock`, (m,), that is nearest to each `time`, (n,); both increase."""
+    after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
+    return after - (time - clock[after - 1] < clock[after] - time)

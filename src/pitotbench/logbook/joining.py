@@ -33,6 +33,7 @@ from pitotbench.logbook.ground_velocity import components
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
 from pitotbench.logbook.sensors import chosen
 from pitotbench.records import BadInputError
+from pitotbench.timeline import nearest
 from pitotbench.units import Array, Booleans, from_si, to_si
 
 ReadTable = Callable[[Path], Table]
@@ -284,15 +285,9 @@ def _fixes(time: Array, clock: Array) -> tuple[Booleans, NDArray[np.intp]]:
     They are the rows that are nearest to a fix of a receiver at `clock`.
     """
     rows, fresh = np.arange(len(time)), np.zeros(len(time), dtype=np.bool_)
-    fresh[_nearest(clock, time)] = True
+    fresh[nearest(clock, time)] = True
     fresh[0] = True  # which the first fix precedes
     return fresh, np.maximum.accumulate(np.where(fresh, rows, 0))
-
-
-def _nearest(time: Array, clock: Array) -> NDArray[np.intp]:
-    """Return the place in `clock`, (m,), that is nearest to each `time`, (n,)."""
-    after = np.clip(np.searchsorted(clock, time), 1, len(clock) - 1)
-    return after - (time - clock[after - 1] < clock[after] - time)
 
 
 def _time(table: Table) -> Array:
@@ -332,5 +327,5 @@ def _at(time: Array, clock: Array, name: str, column: Column, join: str) -> Colu
             return from_si(np.interp(time, clock, turned) % (2.0 * np.pi), parsed[1])
         return np.interp(time, clock, numbers(name, column))
     if join == "nearest":
-        return column[_nearest(time, clock)]
+        return column[nearest(time, clock)]
     return column[np.maximum(np.searchsorted(clock, time, side="right") - 1, 0)]

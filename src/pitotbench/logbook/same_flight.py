@@ -14,8 +14,7 @@ import numpy as np
 from pitotbench.logbook.columns import START
 from pitotbench.logbook.identity import airplane_of
 from pitotbench.records.log import Caution, FlightLog
-from pitotbench.timeline import Indices, interval
-from pitotbench.units import Seconds
+from pitotbench.timeline import interval, nearest
 
 COUNTED_ONCE = "counted once"  # code of the notices of logs of one flight
 _COMPARED = ("impact_pressure", "static_pressure", "velocity_north", "velocity_east")
@@ -168,7 +167,7 @@ def _agree(log: FlightLog, other: FlightLog, shift: float) -> bool:
     few, many, coarse, fine = here, there, log, other
     if interval(here) < interval(there):
         few, many, coarse, fine = there, here, other, log
-    place = _nearest(many, few)
+    place = nearest(few, many)
     near = np.abs(many[place] - few) < _SIMULTANEOUS * interval(many)
     inside = (few >= many[0]) & (few <= many[-1])
     count = int(np.count_nonzero(near))
@@ -183,11 +182,6 @@ def _agree(log: FlightLog, other: FlightLog, shift: float) -> bool:
         rounded = max(_ROUNDED * change, _DIGITS * float(np.max(np.abs(values))))
         same &= np.abs(values - theirs) <= rounded
     return int(np.count_nonzero(moves)) >= _FEWEST and float(np.mean(same)) >= _SAME
-
-
-def _nearest(times: Seconds, wanted: Seconds) -> Indices:
-    after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
-    return after - (wanted - times[after - 1] < times[after] - wanted)
 
 
 def _union(other: FlightLog, log: FlightLog, shift: float) -> FlightLog:

@@ -236,3 +236,7 @@ def test_a_static_pressure_that_contradicts_the_triangle_is_told_and_held():
     assert float(without[2]) == pytest.approx(alone, abs=0.15), "the curve without the height"
     apart = np.abs(both.curve.correction - triangle.curve.correction)
     assert np.all(apart < both.curve.two_sigma), "the bound holds the answer of the triangle too"
+    told = re.search(r"from ([-+.\d]+) to ([-+.\d]+) kt", both.disagreements[0].words).groups()
+    at = np.interp(speed, curve.indicated_airspeed, both.curve.correction) / KNOT
+    bound = np.interp(speed, curve.indicated_airspeed, both.curve.two_sigma) / KNOT
+    assert all(abs(float(each) - at) < bound for each in told), "the bound holds both that are told"

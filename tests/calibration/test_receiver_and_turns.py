@@ -185,3 +185,11 @@ def test_the_answer_where_an_unknown_cannot_be_negative_has_the_moments_of_the_c
     )
     mass = quad(lambda x: norm.pdf(x, -3.0), 0.0, 20.0)[0]
     assert two.not_negative(0).weights[0] == pytest.approx(mass / (mass + norm.cdf(3.0)), rel=1e-6)
+
+
+def test_an_answer_without_an_unknown_is_its_regression_at_zero():
+    mean, covariance = np.array([0.5, 1.0]), np.array([[1.0, 0.6], [0.6, 2.0]])
+    held = Posterior(np.array([1.0]), mean[None], covariance[None]).without(0)
+    assert held.mean == pytest.approx([0.0, 1.0 - 0.6 * 0.5], abs=1e-5)
+    assert held.covariance[1, 1] == pytest.approx(2.0 - 0.36, rel=1e-5)
+    assert 0.0 < held.covariance[0, 0] < 1e-5

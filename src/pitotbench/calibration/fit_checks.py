@@ -19,7 +19,7 @@ from pitotbench.calibration.prediction import (
     in_turns,
     side_of_turns,
 )
-from pitotbench.estimation.mixture import Posterior
+from pitotbench.estimation.mixture import Posterior, mixed
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
 from pitotbench.records.calibration import (
@@ -411,17 +411,33 @@ def outside_prior(
 
     Far is what 1 % of logs find of a nuisance where its prior holds, and for a noise parameter more
     than three standard deviations of the prior from its middle. The sentence states the size. A
-    nuisance moves the curve by what the answer changes where it is held at zero.
+    nuisance moves the curve by what the answer changes where it is held at zero; `either_way` gives
+    the answer that holds both.
     """
     found, names = [], [each.name for each in structure.nuisances]
     for caution in _nuisances_outside(structure, answer):
         place = structure.model.count + names.index(caution.column)
-        shared = answer.covariance[:, place]
-        moved = shared * (answer.mean[place] / shared[place])
+        moved = answer.mean - answer.without(place).mean
         moves = curve_moved(structure.model, obs, answer, moved)
-        text = f"{caution}; it moves the curve by up to {moves.most / KNOT:.2f} kt"
+        text = (
+            f"{caution}; it moves the curve by up to {moves.most / KNOT:.2f} kt, and the bound holds "
+            "both"
+        )
         found.append(Caution(text, caution.code, caution.column, caution.size, moves))
     return (*found, *_noise_outside(structure, obs, fit))
+
+
+def either_way(structure: Structure, cautions: Sequence[Caution], answer: Posterior) -> Posterior:
+    """Return an answer with each nuisance that `outside_prior` names as it is found and without it.
+
+    Neither the prior nor what contradicts it is known to be wrong: one is as probable as the other.
+    """
+    names = [each.name for each in structure.nuisances]
+    for caution in cautions:
+        if caution.column in names:
+            without = answer.without(structure.model.count + names.index(caution.column))
+            answer = mixed([(1.0, answer), (1.0, without)])
+    return answer
 
 
 _IN_TURNS = 0.01  # of the impact pressure at 30° of bank: a static source in a slip has 1 to 2 %

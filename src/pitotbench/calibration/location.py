@@ -6,7 +6,7 @@ static pressure. These two predict the same data, so no log can separate them. T
 hardly depends on the location; the altitude equation together with it gives clear evidence.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,8 +39,9 @@ from pitotbench.calibration.prediction import (
     WindPath,
     nuisances_of,
     with_filter,
+    with_signs,
 )
-from pitotbench.estimation.mixture import Posterior
+from pitotbench.estimation.mixture import Posterior, mixed
 from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
     LogPrior,
@@ -182,7 +183,7 @@ def _with_height(
     both = near.theta[:free], joint.theta[:free]
     if stated is not None:
         fit = final_pass(moved, obs, joint)
-        answer = _of_triangle_and_height(fit, chance, bare, obs, near)
+        answer = _of_triangle_and_height(fit, chance, bare, obs, near, both)
         return ErrorPlace(stated, None, moved, fit, answer, chance, both)
     noise, without = _without_curve(wide, joint.noise[-NOISE_COUNT:], gain)
     odds = gain - without
@@ -201,7 +202,7 @@ def _with_height(
         [
             (
                 shares[name],
-                _of_triangle_and_height(fit, chance, bare, obs, near)
+                _of_triangle_and_height(fit, chance, bare, obs, near, both)
                 if name == STATIC
                 else posterior_of(fit),
             )
@@ -213,17 +214,35 @@ def _with_height(
 
 
 def _of_triangle_and_height(
-    fit: CoveringFit, chance: float, bare: Structure, obs: Observations, near: FirstPass
+    fit: CoveringFit,
+    chance: float,
+    bare: Structure,
+    obs: Observations,
+    near: FirstPass,
+    both: Sequence[Array],
 ) -> Posterior:
     """The answer for a static source: the `fit` of triangle and height together.
 
     Where they differ more than by chance, neither is known to be the wrong one. The bound is then
     widened by no factor: the answer is the mixture of this fit and of the triangle's own (`bare`,
-    without the height), one as probable as the other.
+    without the height), one as probable as the other. Between the passes a temperature or a noise
+    can take up the difference, which is not gone with it: the curves of the first pass, `both`
+    without the height and with it, are in the mixture as well.
     """
-    disagree = chance < DISAGREE
-    fits = [fit, final_pass(_at(bare, True), obs, near)] if disagree else [fit]
-    return mixed([(1.0, posterior_of(each)) for each in fits])
+    if chance >= DISAGREE:
+        return posterior_of(fit)
+    fits, count = (final_pass(_at(bare, True), obs, near), fit), bare.model.count
+    # Each with its signs first: one sign must not decide between them.
+    answers = [with_signs(posterior_of(each), bare.nuisances, count) for each in fits]
+    first = [_with_curve(answer, k) for answer, k in zip(answers, both, strict=True)]
+    return mixed([(1.0, each) for each in (*answers, *first)])
+
+
+def _with_curve(answer: Posterior, curve: Array) -> Posterior:
+    """An answer moved to the parameters of a curve, (K,)."""
+    moved = np.zeros(len(answer.mean))
+    moved[: len(curve)] = curve - answer.mean[: len(curve)]
+    return replace(answer, means=answer.means + moved)
 
 
 _OF_HEIGHT = 3  # passes of the fit by height alone: the problem is nearly linear
@@ -375,18 +394,6 @@ def _tried(problem: Regression, rows: AltitudeRows, start: Array) -> tuple[Array
 def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
     """The family of the altitude rows' noise, and the prior of its parameters."""
     return AltitudeNoise(rows), lambda phi: altitude_log_prior(rows, phi)
-
-
-def mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
-    """Combine several answers, each with its probability, in one mixture."""
-    if len(answers) == 1:
-        return answers[0][1]
-    total = sum(share for share, _ in answers)
-    return Posterior(
-        np.concatenate([share / total * answer.weights for share, answer in answers]),
-        np.concatenate([answer.means for _, answer in answers]),
-        np.concatenate([answer.covariances for _, answer in answers]),
-    )
 
 
 def widened_by(answer: Posterior, difference: Array) -> Posterior:

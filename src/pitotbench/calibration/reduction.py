@@ -23,6 +23,7 @@ from pitotbench.calibration.covering import (
 )
 from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import (
+    either_way,
     outside_prior,
     require_observable,
     turns_to_one_side,
@@ -389,10 +390,11 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
         change, answer = check_wind(structure, obs, fit, answer)
         stepped = check_gain(structure, obs, fit, answer, change)
     flown = flown_of(structure, obs, fit)
+    outside = outside_prior(structure, obs, fit, located.answer)
     return replace(
         white,
         model=structure.model,
-        answer=answer,
+        answer=either_way(structure, outside, answer),
         nuisances=structure.nuisances,
         diagnostics=replace(
             white.diagnostics,
@@ -407,7 +409,7 @@ def _covered(white: Reduction, located: ErrorPlace) -> Reduction:
             departures=_departures(structure.model.error, fit),
         ),
         warnings=(
-            *outside_prior(structure, obs, fit, located.answer),
+            *outside,
             *stepped,
             *turns_to_one_side(structure, obs, fit, located.answer, flown),
         ),

@@ -16,6 +16,7 @@ TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
 _DRAWS = 15000  # of the whole mixture: they give the factor to about half a percent
 _DRAW_SEED = 20111
 _HALF_WIDTH_STEPS = 60  # at most
+_EXACT = 1e-6  # of the variance of a number that is known
 _HALF_WIDTH_ERROR = 1e-13  # of the half-width, as a share
 
 
@@ -119,6 +120,18 @@ class Posterior:
             - lost[:, None, None] * by_deviation[:, :, None] * by_deviation[:, None, :],
         )
 
+    def without(self, place: int) -> "Posterior":
+        """The same answer where θ[place] is known to be zero, to a thousandth of its deviation: an
+        exact number has no bound.
+        """
+        shared = self.covariances[:, :, place]
+        by_variance = (1.0 - _EXACT) * shared / shared[:, place, None]
+        return Posterior(
+            self.weights,
+            self.means - by_variance * self.means[:, place, None],
+            self.covariances - by_variance[:, :, None] * shared[:, None, :],
+        )
+
     def two_sigma(self, gradient: Array) -> Array:
         """2σ of linear functions of θ with gradient (c, p), as half-widths of the mixture, (c,)."""
         means = self.means @ gradient.T
@@ -157,3 +170,15 @@ class Posterior:
         shared = np.abs(gradient @ covariance[:, place])
         whole = np.sqrt(np.maximum(variance, np.finfo(np.float64).tiny))
         return np.asarray(bounds * np.clip(shared / whole, 0.0, 1.0))
+
+
+def mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
+    """Combine several answers, each with its probability, in one mixture."""
+    if len(answers) == 1:
+        return answers[0][1]
+    total = sum(share for share, _ in answers)
+    return Posterior(
+        np.concatenate([share / total * answer.weights for share, answer in answers]),
+        np.concatenate([answer.means for _, answer in answers]),
+        np.concatenate([answer.covariances for _, answer in answers]),
+    )

@@ -67,6 +67,17 @@ def test_an_answer_needs_a_cell_or_an_effect_beyond_those_of_null_flights(
     assert any("stands out" in note for note in verdict.notes) == (not stands_out)
 
 
+@pytest.mark.parametrize(("threshold", "seen"), [(8.0, False), (0.1, True)])
+def test_a_further_gap_is_seen_by_the_same_rule_as_the_first(laid_out, threshold, seen):
+    """Beside a pod of 8σ and more, many small scores are no gap that anyone sees."""
+    null = replace(theoretical_distribution(laid_out), flights=8)
+    null = replace(null, threshold=threshold, cell_threshold=threshold)
+    fitted = fit_gaps([laid_out], [null])
+    assert "belly_pod" in [member.name for member in fitted.members]
+    further = replace(fitted.left, log_bayes_factor=2.0 * THRESHOLDS.gap_bayes_factor)
+    assert replace(fitted, left=further).shows_more == seen
+
+
 def test_what_is_told_passes_the_one_map_and_can_be_seen(laid_out, pod):
     """Other gusts than those of the card, beside a pod."""
     gusts = Measure(-3.0, 0.1)

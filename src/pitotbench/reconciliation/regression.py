@@ -74,8 +74,7 @@ class Block:
     the floor for its signatures and then its examined cells.
 
     `noise` is that of null flights at the level of the log. `pulled` is the evidence before the
-    factor of the pitching terms is integrated out. `stands_out`: a cell or an effect scores more
-    than any does on null flights; a sum of many small scores is no gap that anyone sees.
+    factor of the pitching terms is integrated out. `stands_out`: something does beside no gap.
     """
 
     layout: Layout
@@ -127,21 +126,24 @@ def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block
     return Block(layout, noise, null, equations, pulled, beyond, stands_out)
 
 
-def _stands_out(layout: Layout, equations: NormalEquations, null: NullDistribution) -> bool:
-    """Whether a cell or an effect scores more than any does on null flights.
+def _stands_out(
+    layout: Layout, equations: NormalEquations, null: NullDistribution, given: Sequence[int] = ()
+) -> bool:
+    """Whether a cell or an effect scores more than any does on null flights, beside the sizes of the
+    columns `given`.
 
-    These do not tell what an effect for a part of the flight scores. Without them the Bayes factor
-    alone decides.
+    A sum of many small scores is no gap that anyone sees. Null flights do not tell what an effect
+    for a part of the flight scores. Without them the Bayes factor alone decides.
     """
-    scores = equations.scores(layout.examined)
+    scores = equations.scores(layout.examined, given)
     cells = (
         null.scores.of_cell(cell, float(score))
         for (_, cell), score in zip(layout.places, scores, strict=True)
     )
     effects = (
-        null.scores.of_effect(name, significance(equations.fit(own)))
+        null.scores.of_effect(name, significance(equations.fit(own, given)))
         for name, own in columns_of(layout.signatures).items()
-        if name in FITTED and lasts(name)
+        if name in FITTED and lasts(name) and set(given).isdisjoint(own)
     )
     return (
         null.flights == 0
@@ -768,8 +770,18 @@ class Fitted:
 
     @property
     def shows_more(self) -> bool:
-        """Whether the logs show a gap beside all that are explained."""
-        return self.regression.shows(self.left)
+        """Whether the logs show a gap beside all that are explained: as a log without one does, in
+        a cell or an effect that stands out beside them.
+        """
+        return self.regression.shows(self.left) and any(
+            _stands_out(
+                each.layout,
+                each.equations,
+                each.null,
+                self.regression.shown_columns(each, self.members),
+            )
+            for each in self.regression.blocks
+        )
 
     @property
     def has_open_gap(self) -> bool:

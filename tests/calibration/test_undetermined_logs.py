@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from tests.calibration import static_flights
 from tests.calibration import trajectories as fixture
 
 from pitotbench import BadInputError, CalibrationOptions, NoAnswerError
@@ -138,3 +139,10 @@ def test_nobody_is_sent_to_fly_other_headings_where_all_were_flown(spoil):
     with pytest.raises(NoAnswerError, match="air data and GPS velocity disagree") as found:
         calibrate(spoil(log))
     assert "fly" not in str(found.value)
+
+
+def test_a_log_of_a_steep_climb_is_told_that_it_holds_no_level_flight():
+    log = static_flights.fly("circle", 3)
+    climbed = log.static_pressure - 130.0 * (log.time - log.time[0])  # 14 m/s up at 60 to 80
+    with pytest.raises(BadInputError, match="no level flight of 30 s in this log, which climbs"):
+        calibrate(replace(log, static_pressure=climbed), CalibrationOptions())

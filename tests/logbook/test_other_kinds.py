@@ -42,6 +42,13 @@ def test_a_table_without_names_is_asked_for_them(tmp_path):
         read_log(path)
 
 
+def test_the_stream_of_a_display_is_no_table(tmp_path):
+    path = tmp_path / "display.txt"
+    path.write_text("".join(f"=1115{t:06d}+112-00071230050+00984+026-02+1A8\n" for t in range(60)))
+    with pytest.raises(BadInputError, match=r"serial port.*log that the display itself records"):
+        read_log(path)
+
+
 IGC = "AXXX000\nHFDTE010124\nI023638FXA3940SIU\n"
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench import CalibrationOptions, air
+from pitotbench import BadInputError, CalibrationOptions, air
 from pitotbench.calibration import calibrate
 from pitotbench.logbook.reading import read_log
 from pitotbench.units import DEGREE, KNOT
@@ -87,3 +87,13 @@ def test_circles_by_fixes_are_calibrated_as_those_by_velocity_are(apart, tmp_pat
     assert found.curve.two_sigma[0] < 0.8 * KNOT
     smoothing = next(s.estimate for s in found.shares if s.name == "receiver_smoothing_s2")
     assert smoothing.value < 0.15  # s²; a chord over 2 s is one of 0.33, over 8 s of 5.3
+
+
+def test_positions_in_steps_as_long_as_the_way_between_them_give_no_velocity(tmp_path):
+    path, _ = _written(tmp_path, 1.0)
+    head, *rows = path.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    coarse = [[*row[:4], f"{float(row[4]):.3f}", f"{float(row[5]):.4f}"] for row in cells]
+    path.write_text("\n".join([head, *(",".join(row) for row in coarse)]))
+    with pytest.raises(BadInputError, match="in steps of 111 m, too coarse for a velocity"):
+        read_log(path)

@@ -424,13 +424,23 @@ _GROUNDED = (
 )
 
 
+_NOT_LEVEL = (
+    f"no level flight of {_BRIEF:.0f} s in this log, which climbs and descends at more than "
+    f"{_STEEP / DEGREE:.0f}°: give a longer part of the flight, with legs or turns in level: "
+)
+
+
 def _require_rows(used: Booleans, log: FlightLog, options: CalibrationOptions) -> None:
     if int(used.sum()) < _MINIMUM_SAMPLES:
         end = range_end(log)
-        flown = parts_of(log, options).rows & (log.impact_pressure > _slowest(options))
+        parts = parts_of(log, options)
+        flown = parts.rows & (log.impact_pressure > _slowest(options))
         grounded = int(flown.sum()) < _MINIMUM_SAMPLES <= len(log)
+        why = _GROUNDED if options.slowest is None else ""
+        if parts.reasons == (STEEP,):
+            why = _NOT_LEVEL
         raise BadInputError(
-            f"{_GROUNDED if grounded and options.slowest is None else ''}"
+            f"{why if grounded else ''}"
             f"only {int(used.sum())} of {len(used)} rows are usable (none {_slow_words(options)}, "
             "pressure below the end of its sensor's range"
             f"{', on condition' if options.on_condition else ''}"

@@ -90,7 +90,7 @@ def _seconds(draft: Draft, bad: Booleans) -> float:
     return float(np.median(known)) * float(bad.sum()) if len(known) else 0.0
 
 
-_MOST_BLANK = 0.5  # share of rows for which a unit may start up
+_MOST_BLANK = 0.9  # share of rows for which a unit may start up: what follows is a whole part
 
 
 def drop_blank_start(draft: Draft) -> None:

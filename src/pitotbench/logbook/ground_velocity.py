@@ -102,6 +102,7 @@ _HALF_BASE = 0.5  # s to either side between which positions are differenced, or
 _EVEN = 0.05  # of the usual step: an even clock keeps to it so nearly
 _FEW_ODD = 0.01  # of the steps, that may be farther off
 _ARC_PASSES = 3  # the wind comes from the arcs, and the arcs from the wind
+_COARSE = 2.0  # steps of a position: a shorter way between fixes is no velocity
 _PAUSE = 4.0  # usual steps of a clock that is not even: a longer one is a pause
 
 
@@ -150,6 +151,12 @@ def _velocity_from_position(
         0.5 * (scale[reach:] + scale[:-reach]) * (at[reach:] - at[:-reach])
         for scale, at in ((meridian, phi), (parallel, turn))
     ]
+    grid = max(_least(_EQUATOR * np.diff(phi)), _least(parallel[1:] * np.diff(turn)))
+    if np.nanmedian(np.hypot(*chords)) < _COARSE * grid:
+        raise BadInputError(
+            f"column {draft.columns['latitude']!r}: the positions come in steps of {grid:.0f} m, "
+            "too coarse for a velocity: record more digits, or ground speed and track"
+        )
     (north, east), (speed, heading) = _along_arcs(draft, rows, np.stack(chords) / apart, apart)
     last = np.searchsorted(rows, np.arange(len(time)), side="right") - 1
     for name, values in (("velocity_north", north), ("velocity_east", east)):
@@ -168,6 +175,11 @@ def _velocity_from_position(
     header[OF_FIXES] = 2.0 * float(np.nanmedian(apart))
     receiver = USUAL_ACCURACIES["velocity_mps"]
     state_accuracy(header, "velocity_mps", float(np.hypot(receiver, 2.0 * noise)))
+
+
+def _least(moved: Array) -> float:
+    """Return the shortest way that is one: the step of a position [m]."""
+    return float(np.min(np.abs(moved), where=moved != 0.0, initial=np.inf))
 
 
 def _along_arcs(

@@ -17,11 +17,20 @@ _KINDS = {
     ".7z .rar .tar .tgz .gz": "a packed file: unpack it, or pack it as .zip, and give that",
 }
 NOT_READ = {suffix: words for each, words in _KINDS.items() for suffix in each.split()}
+_STREAM = re.compile(r"[!=][\w+.-]{20,}")  # a message of a display's serial port
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
 
 
 def headless(names: Sequence[str]) -> str:
-    """Return what to do with a table whose line of names holds numbers alone; empty for another."""
+    """Return what to do with a table whose line of names holds numbers alone, or a message; empty
+    for another.
+    """
+    if len(names) == 1 and _STREAM.fullmatch(names[0]):
+        return (
+            "messages of a display's serial port, no table: give the log that the display itself "
+            "records, with names above its columns (of a SkyView the user data log, of a G3X the "
+            "data log on its card)"
+        )
     if not names or not all(_NUMBER.fullmatch(name) for name in names):
         return ""
     channel = (

@@ -186,3 +186,13 @@ def same_quantity(one, other):
 
 def drafted_quantity(drafted, column):
     return next(line.guess.quantity for line in drafted.lines if line.guess.theirs == column)
+
+
+def test_the_barometer_of_a_phone_is_no_setting_of_an_altimeter():
+    """A setting is turned by hand; a pressure changes from row to row."""
+    pressure = np.linspace(99.0, 89.0, 300)
+    drafted = {each.quantity for each in guesses("altimeterPressure(kPa)", "", pressure)}
+    assert drafted == {"static_pressure"}
+    by_hand = np.repeat([101.3, 101.5], 150)
+    turned = {each.quantity for each in guesses("altimeter(kPa)", "", by_hand)}
+    assert turned == {"altimeter_setting"}

@@ -167,9 +167,15 @@ def _plausible(quantity: Channel, values: Array, suffix: str) -> bool:
         return False
     low, high = _RANGES.get(quantity.name, (quantity.low, quantity.high))
     size = np.abs(to_si(known, suffix) if suffix else known)
-    return bool(low <= np.quantile(size, 0.7) and np.quantile(size, 0.95) <= high)
+    # A setting is turned by hand: what changes all the time is the pressure itself.
+    return bool(
+        (quantity.name != "altimeter_setting" or len(np.unique(known)) < _MOST_SET * len(known))
+        and low <= np.quantile(size, 0.7)
+        and np.quantile(size, 0.95) <= high
+    )
 
 
+_MOST_SET = 0.2  # of the rows, with a setting of the altimeter of their own
 # Narrower than what a log may hold: the ranges of usual flights distinguish the units.
 _RANGES = {
     "static_pressure": (15e3, 108e3),

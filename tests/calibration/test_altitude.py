@@ -56,6 +56,19 @@ def test_a_flight_without_noise_is_recovered_and_the_truth_leaves_nothing_of_the
     assert np.max(np.abs(left)) < 0.02  # m
 
 
+def test_a_reading_stands_in_the_rows_and_not_in_their_columns():
+    """A flat reference pressure would otherwise explain the noise of hours of rows."""
+    log = fixture.fly("step_decrease")
+    noisy = np.random.default_rng(1).normal(0.0, 20.0, len(log))
+    shaken = replace(log, static_pressure=log.static_pressure + noisy)
+    rows = [_rows_of(each) for each in (log, shaken)]
+    assert np.std(rows[1].rise - rows[0].rise) > 0.1  # m
+    flat = rows[0].unknown.precision == 0.0
+    assert np.count_nonzero(flat) == 1
+    before, after = (each.unknown.columns[: len(each), flat] for each in rows)
+    assert np.std(after / before) < 1e-9
+
+
 def test_what_the_total_source_may_do_is_no_news_of_the_static_source():
     """Heights that know nothing of the total source cannot tell a level or a slope in ln q_ci."""
     log, phi = fixture.fly("step_decrease"), np.log([0.5, 60.0, 0.05])

@@ -355,14 +355,16 @@ def _assembled(
     )
     profile = profile.warmed(_HALF * moist)
     column = np.exp(-air.GRAVITY / air.GAS_CONSTANT * profile.thinness(height))
-    gain = air.GAS_CONSTANT * profile.at(height) / (static * air.GRAVITY)
+    column *= float(np.mean(static / column))
+    # By the pressure of the column: a gain by the reading would put the rows into their own columns.
+    gain = air.GAS_CONSTANT * profile.at(height) / (column * air.GRAVITY)
     tie, fix = _ties(carried, blocks)
     velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
     time = blocks.mean(log.time)
     load, climb = _load(velocity - wind[:, None], time), np.gradient(height, time)
     rows = AltitudeRows(
         time=time,
-        rise=gain * (static - float(np.mean(static / column)) * column),
+        rise=gain * column * np.log(static / column),
         state=HeightState(gain, impact, load, climb, profile.temperature_slope(height)),
         tie=tie,
         sensor=(gain * noise) ** 2 / blocks.count + _FLOOR,

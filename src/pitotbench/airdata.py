@@ -317,8 +317,9 @@ def rests_of(channels: Mapping[str, Any]) -> list[Rest]:
     `channels` [SI] by name, (n,) each: those of `NEEDED` without the static pressure.
     """
     time, impact = channels["time"], channels["impact_pressure"]
-    speed = np.hypot(channels["velocity_north"], channels["velocity_east"])
-    moving = np.flatnonzero(speed > LIMITS.rest)
+    moving = np.flatnonzero(
+        np.hypot(channels["velocity_north"], channels["velocity_east"]) > LIMITS.rest
+    )
     ends = [slice(0, moving[0]), slice(moving[-1] + 1, None)] if len(moving) else []
     rests = (_rest(time[end], impact[end]) for end in ends)
     return [each for each in rests if each is not None and each.scatter_pa > 0.0]

@@ -259,9 +259,7 @@ def length_factor(structure: Structure, obs: Observations) -> float:
 
     It is greater for a log above 10,000 ft, unless a drifting wind stands for the slow part.
     """
-    if structure.drifting:
-        return structure.priors.gust_length_factor
-    high = float(np.median(obs.static_pressure)) < _HIGH
+    high = float(np.median(obs.static_pressure)) < _HIGH and not structure.drifting
     priors = structure.priors
     return priors.high_length_factor if high else priors.gust_length_factor
 

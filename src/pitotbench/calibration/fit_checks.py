@@ -449,10 +449,7 @@ def turns_to_one_side(
     """What sideslip in turns would move the curve by where all turns are to one side: nothing in
     such a log shows it. Where turns are said to add no error (`turn_lift` 0), sideslip has none.
     """
-    if structure.priors.turn_lift == 0.0:
-        return ()
-    side = side_of_turns(*flown)
-    if not side:
+    if structure.priors.turn_lift == 0.0 or not (side := side_of_turns(*flown)):
         return ()
     moved = _IN_TURNS * moved_by(structure, obs, fit, flown, in_turns())
     moves = curve_moved(structure.model, obs, answer, moved)

@@ -131,10 +131,9 @@ def fit_located(
     stated = None if options.error_location == AUTO else options.error_location
     assumed = stated or assumed_location(log.header)
     bare = _at(structure, assumed == STATIC)
-    rows = None
-    if options.use_altitude and stated in (None, STATIC):
-        count = structure.model.error_count
-        rows = altitude_rows(log, obs, options, start[count : count + 2])
+    wind = start[structure.model.error_count :][:2]
+    seen = options.use_altitude and stated in (None, STATIC)
+    rows = altitude_rows(log, obs, options, wind) if seen else None
     near = first_pass(bare, obs, start, path)
     bare = _informed(bare, near)
     if rows is not None:

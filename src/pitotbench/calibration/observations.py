@@ -332,8 +332,7 @@ def observe(
 def _rests(log: FlightLog, used: Booleans) -> tuple[Rest, ...]:
     """What the gauge reads at rest; nothing of one that reads as in flight."""
     low = float(np.min(log.impact_pressure[used]))
-    rests = (Rest(**each) for each in log.header.get(AT_REST, ()))
-    return tuple(each for each in rests if each.reading_pa < low)
+    return tuple(Rest(**each) for each in log.header.get(AT_REST, ()) if each["reading_pa"] < low)
 
 
 _LONG_FLIGHT = 1800.0  # s: beyond it one wind does not hold for all rows

@@ -503,10 +503,9 @@ def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | N
     """
     if caution.code != "axes turned" or log.heading is None or latency is None:
         return False
-    if not latency.two_sigma < abs(latency.value):
-        return False
     rate = float(np.mean(np.diff(np.unwrap(log.heading)))) / interval(log.time) / DEGREE
-    return abs(-rate * latency.value - caution.size) < abs(rate) * latency.two_sigma
+    known = latency.two_sigma < abs(latency.value)
+    return known and abs(-rate * latency.value - caution.size) < abs(rate) * latency.two_sigma
 
 
 def _is_named(change: WindChange) -> bool:

@@ -273,8 +273,7 @@ def _weigh(
     heights = np.array(
         [each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)]
     )
-    pulls = [each.information.inner[-1:, :-1] for each in found]
-    gains = [_gains(*each, changes)[:, 0] for each in zip(found, pulls, strict=True)]
+    gains = [_gains(each, each.information.inner[-1:, :-1], changes)[:, 0] for each in found]
     odds = heights[:, None] + np.array(gains) - logsumexp(heights)
     return _Weighed(changes, found, odds, float(logsumexp(odds)))
 
@@ -321,11 +320,12 @@ def check_gain(
     weighed = _weigh(evidence, fit.likely.noise, log_prior_of(structure, obs), steps)
     size, place = float(weighed.sizes[0]), weighed.place[1]
     of_wind = 0.0 if change is None else float(np.log(max(change.bayes_factor, 1.0)))
-    if weighed.log_factor < of_wind + _LEAST_LOG_ODDS or abs(size) < _LEAST_GAIN:
-        return ()
-    if weighed.chance() > _GAIN_CHANCE:
-        return ()
-    if _by_own_scatter(regression, columns[:, place], time) < _CLEAR_STEP:
+    if (
+        weighed.log_factor < of_wind + _LEAST_LOG_ODDS
+        or abs(size) < _LEAST_GAIN
+        or weighed.chance() > _GAIN_CHANCE
+        or _by_own_scatter(regression, columns[:, place], time) < _CLEAR_STEP
+    ):
         return ()
     when = minutes_text(float(times[place] - every.time[0]))
     moves = curve_moved(structure.model, every, answer, weighed.moved[: structure.model.count])

@@ -174,8 +174,6 @@ class Posterior:
 
 def mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
     """Combine several answers, each with its probability, in one mixture."""
-    if len(answers) == 1:
-        return answers[0][1]
     total = sum(share for share, _ in answers)
     return Posterior(
         np.concatenate([share / total * answer.weights for share, answer in answers]),

@@ -301,9 +301,15 @@ _WARMS = (
 )
 
 
+_STATED = 1.0  # Pa, within which no flight keeps its height: it is stated
+
+
 def _drifting(part: Part) -> Broken | None:
-    """A zero that moves in flight, alike on all headings and at all speeds."""
-    if _climbs(part) or np.ptp(part.time) < LIMITS.shortest:
+    """A zero that moves in flight, alike on all headings and at all speeds.
+
+    Where the height is stated and not logged, a climb moves the impact pressure as well.
+    """
+    if _climbs(part) or np.ptp(part.time) < LIMITS.shortest or np.ptp(part.ambient) < _STATED:
         return None
     since = part.time - part.time[0]
     shapes = [since / since[-1], *(1.0 - np.exp(-since / warm) for warm in LIMITS.warms)]

@@ -59,6 +59,16 @@ def test_a_good_log_is_called_broken_by_nothing(name, tmp_path):
     assert find_broken(read_log(path).channels()) is None
 
 
+def test_no_zero_drifts_where_the_height_is_stated_and_the_flight_may_climb():
+    channels = channels_of(generate(BASE, "race_track", SEED).columns)
+    since = channels["time"] - channels["time"][0]
+    channels["impact_pressure"] = channels["impact_pressure"] + 1000.0 * since / since[-1]
+    assert "the zero drifts" in repr(find_broken(channels))
+    del channels["altitude"]
+    channels["static_pressure"] = np.full_like(since, np.mean(channels["static_pressure"]))
+    assert find_broken(channels) is None
+
+
 def test_the_regression_gives_what_the_reading_follows():
     """A closed total line reads an altimeter, a closed static port adds one."""
     flight = generate(CLIMBING, "race_track", SEED)

@@ -293,9 +293,13 @@ class Trials:
     def at(self, effect: Effect, start: Sequence[Signature], shapes: Shapes) -> Trial:
         """Return an effect at some shapes."""
         signatures = [_with_shapes(self._layout.reference, effect, s, shapes) for s in start]
-        return Trial(shapes, signatures, self._merit([s.column for s in signatures]))
+        return Trial(shapes, signatures, self._merit(effect, signatures))
 
-    def _merit(self, columns: Sequence[Array]) -> float:
+    def _merit(self, effect: Effect, signatures: Sequence[Signature]) -> float:
+        """The merit, −∞ where a size would be far beyond its range: of a band of airspeeds that was
+        not flown the rounding is left, and chance would decide.
+        """
+        columns = [s.column for s in signatures]
         new = self._whiten(np.stack(columns, axis=2)).reshape(-1, len(columns))
         across = self._known.reshape(len(new), -1).T @ new
         free, k = self._layout.free, len(columns)
@@ -305,9 +309,15 @@ class Trials:
         products = np.block([[self._products, across], [across.T, new.T @ new]])[
             np.ix_(order, order)
         ]
-        return merit(equations_from(products[None], first, free.deviations).fit(range(k)))
+        fit = equations_from(products[None], first, free.deviations).fit(range(k))
+        ranges = {p.name: max(-p.low, p.high) for p in effect.parameters}
+        most = np.array([IMPOSSIBLE * ranges[s.parameter] for s in signatures])
+        return merit(fit) if np.all(np.abs(fit.sizes) < most) else -np.inf
 
 
+IMPOSSIBLE = (
+    10.0  # times the range of a size: a size beyond its range is told, one beyond this is none
+)
 TIME_SPACING = 10.0  # s between the times that are tried; the whitening looks back by 6 s
 MOST_TIMES = 30  # of them: pairs grow with the square
 WIDEST = 4.0  # typical sizes: the widest prior deviation of a size

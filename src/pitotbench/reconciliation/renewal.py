@@ -243,11 +243,11 @@ def _search(trials: "Trials", effect: Effect, start: Sequence[Signature]) -> lis
     first = shapes[0]
     best = trials.at(effect, start, {p.name: p.typical for p in shapes})
     steps = {p.name: p.typical for p in shapes}
-    if first.name.endswith("_s"):
-        time = trials.time
-        ladder = np.linspace(time[0], time[-1], EVENT_TRIALS + 2)[1:-1]
-    else:
-        ladder = np.clip(first.typical * TRIAL_FACTORS, first.low, first.high)
+    ladder = (
+        np.linspace(trials.time[0], trials.time[-1], EVENT_TRIALS + 2)[1:-1]
+        if first.name.endswith("_s")
+        else np.clip(first.typical * TRIAL_FACTORS, first.low, first.high)
+    )
     steps[first.name] = float(ladder[1] - ladder[0])
     candidates = [{**best.shapes, first.name: float(t)} for t in ladder]
     for _ in range(HALVINGS + 1):
@@ -299,10 +299,9 @@ class Trials:
         """The merit, −∞ where a size would be far beyond its range: of a band of airspeeds that was
         not flown the rounding is left, and chance would decide.
         """
-        columns = [s.column for s in signatures]
-        new = self._whiten(np.stack(columns, axis=2)).reshape(-1, len(columns))
+        free, k = self._layout.free, len(signatures)
+        new = self._whiten(np.stack([s.column for s in signatures], axis=2)).reshape(-1, k)
         across = self._known.reshape(len(new), -1).T @ new
-        free, k = self._layout.free, len(columns)
         # of the new columns, which stand between the free parameters and the residual
         first = len(free.names)
         order = [*range(first), *range(first + 1, first + 1 + k), first]
@@ -310,9 +309,9 @@ class Trials:
             np.ix_(order, order)
         ]
         fit = equations_from(products[None], first, free.deviations).fit(range(k))
-        ranges = {p.name: max(-p.low, p.high) for p in effect.parameters}
-        most = np.array([IMPOSSIBLE * ranges[s.parameter] for s in signatures])
-        return merit(fit) if np.all(np.abs(fit.sizes) < most) else -np.inf
+        ranges = {p.name: IMPOSSIBLE * max(-p.low, p.high) for p in effect.parameters}
+        sizes = zip(signatures, fit.sizes, strict=True)
+        return merit(fit) if all(abs(size) < ranges[s.parameter] for s, size in sizes) else -np.inf
 
 
 IMPOSSIBLE = (

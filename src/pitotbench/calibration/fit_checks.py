@@ -420,8 +420,8 @@ def outside_prior(
         moved = answer.mean - answer.without(place).mean
         moves = curve_moved(structure.model, obs, answer, moved)
         text = (
-            f"{caution}; it moves the curve by up to {moves.most / KNOT:.2f} kt, and the bound holds "
-            "both"
+            f"{caution}; it moves the curve by up to {moves.most / KNOT:.2f} kt, and the bound "
+            "holds both"
         )
         found.append(Caution(text, caution.code, caution.column, caution.size, moves))
     return (*found, *_noise_outside(structure, obs, fit))

@@ -79,8 +79,11 @@ def form_velocity(draft: Draft, header: dict[str, Any]) -> None:
 def _area(draft: Draft, speed: Array, track: Array) -> float:
     """Return the area of the velocity [m²/s²] that the steps of speed and track leave open."""
     suffix = draft.suffixes.get("track", draft.suffixes.get("magnetic_track", ""))
-    across = float(np.nanmedian(speed)) * display_step(track, suffix)
-    return display_step(speed, draft.suffixes["ground_speed"]) * across
+    return (
+        display_step(speed, draft.suffixes["ground_speed"])
+        * float(np.nanmedian(speed))
+        * display_step(track, suffix)
+    )
 
 
 def _show_velocity(
@@ -94,8 +97,11 @@ def _show_velocity(
     if "gps_fresh" not in draft.channels:
         draft.put("gps_fresh", _renewed(first, second), draft.columns["velocity_north"])
     header["display"] = {**table_in(header, "display"), "ground_speed_mps": step}
-    receiver = USUAL_ACCURACIES["velocity_mps"]
-    state_accuracy(header, "velocity_mps", float(np.hypot(receiver, TWO_SIGMA * step)))
+    state_accuracy(
+        header,
+        "velocity_mps",
+        float(np.hypot(USUAL_ACCURACIES["velocity_mps"], TWO_SIGMA * step)),
+    )
 
 
 _HALF_BASE = 0.5  # s to either side between which positions are differenced, or to the next fix
@@ -151,7 +157,10 @@ def _velocity_from_position(
         0.5 * (scale[reach:] + scale[:-reach]) * (at[reach:] - at[:-reach])
         for scale, at in ((meridian, phi), (parallel, turn))
     ]
-    grid = max(_least(_EQUATOR * np.diff(phi)), _least(parallel[1:] * np.diff(turn)))
+    grid = max(  # the shortest way that is one
+        float(np.min(np.abs(way), where=way != 0.0, initial=np.inf))
+        for way in (_EQUATOR * np.diff(phi), parallel[1:] * np.diff(turn))
+    )
     if np.nanmedian(np.hypot(*chords)) < _COARSE * grid:
         raise BadInputError(
             f"column {draft.columns['latitude']!r}: the positions come in steps of {grid:.0f} m, "
@@ -173,13 +182,9 @@ def _velocity_from_position(
         f"in turns: ±{2.0 * noise:.2g} m/s of noise (2σ)"
     )
     header[OF_FIXES] = 2.0 * float(np.nanmedian(apart))
-    receiver = USUAL_ACCURACIES["velocity_mps"]
-    state_accuracy(header, "velocity_mps", float(np.hypot(receiver, 2.0 * noise)))
-
-
-def _least(moved: Array) -> float:
-    """Return the shortest way that is one: the step of a position [m]."""
-    return float(np.min(np.abs(moved), where=moved != 0.0, initial=np.inf))
+    state_accuracy(
+        header, "velocity_mps", float(np.hypot(USUAL_ACCURACIES["velocity_mps"], 2.0 * noise))
+    )
 
 
 def _along_arcs(
@@ -224,9 +229,13 @@ def _at_fixes(between: Array, reach: int) -> Array:
 
     At either end it is that of the one side.
     """
-    after = np.pad(between, ((0, 0), (0, reach)), "edge")
-    before = np.pad(between, ((0, 0), (reach, 0)), "edge")
-    return np.asarray(0.5 * (before + after))
+    return np.asarray(
+        0.5
+        * (
+            np.pad(between, ((0, 0), (reach, 0)), "edge")
+            + np.pad(between, ((0, 0), (0, reach)), "edge")
+        )
+    )
 
 
 def _noise(velocity: Array, spacing: int) -> float:
@@ -234,12 +243,12 @@ def _noise(velocity: Array, spacing: int) -> float:
 
     They are of values `spacing` rows from one another, which share no fix.
     """
-    third = (
+    third = np.abs(
         velocity[3 * spacing :]
         - 3.0 * velocity[2 * spacing : -spacing]
         + 3.0 * velocity[spacing : -2 * spacing]
+        - velocity[: -3 * spacing]
     )
-    third = np.abs(third - velocity[: -3 * spacing])
     third = third[np.isfinite(third)]
     return float(np.median(third) / MEDIAN_OF_NORMAL / np.sqrt(20.0)) if len(third) else 0.0
 

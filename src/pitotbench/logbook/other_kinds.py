@@ -18,6 +18,10 @@ _KINDS = {
 }
 NOT_READ = {suffix: words for each, words in _KINDS.items() for suffix in each.split()}
 _STREAM = re.compile(r"[!=][\w+.-]{20,}")  # a message of a display's serial port
+_OF_STREAM = (
+    "messages of a display's serial port, no table: give the log that the display itself records, "
+    "with names above its columns (of a SkyView the user data log, of a G3X the log on its card)"
+)
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
 
 
@@ -25,14 +29,8 @@ def headless(names: Sequence[str]) -> str:
     """Return what to do with a table whose line of names holds numbers alone, or a message; empty
     for another.
     """
-    if len(names) == 1 and _STREAM.fullmatch(names[0]):
-        return (
-            "messages of a display's serial port, no table: give the log that the display itself "
-            "records, with names above its columns (of a SkyView the user data log, of a G3X the "
-            "data log on its card)"
-        )
     if not names or not all(_NUMBER.fullmatch(name) for name in names):
-        return ""
+        return _OF_STREAM if len(names) == 1 and _STREAM.fullmatch(names[0]) else ""
     channel = (
         "; a file of one channel is to be joined with the others of its flight, a column each"
         if len(names) < _FEWEST_OF_A_LOG

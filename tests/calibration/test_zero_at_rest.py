@@ -56,6 +56,12 @@ def test_the_zero_is_found_and_taken_out(zero, read):
     assert np.all(np.abs(found.curve.normalized_pressure_error) < 0.02)
 
 
+def test_a_known_zero_is_no_factor(read):
+    """A tenth of the pressure in flight: without it the factor is 1."""
+    scale = calibrate(read(columns(80.0))).scale
+    assert abs(scale.factor - 1.0) < scale.two_sigma + 0.005
+
+
 def test_without_rest_no_zero_is_assumed(read):
     assert calibrate(read(columns(0.0, rest=0.0))).impact_pressure_zero is None
 

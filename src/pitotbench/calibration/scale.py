@@ -109,12 +109,14 @@ def with_scale(result: Calibration, log: FlightLog) -> Calibration:
 
 def _of_curve(result: Calibration) -> Scale:
     """The factor that the curve holds: its ratios of calibrated and indicated airspeed over the
-    speeds of the log are one factor and, at each of them, the airplane's own error.
+    speeds of the log are one factor and, at each of them, the airplane's own error. A zero that is
+    known is none of the factor.
     """
     curve, flown = result.curve, np.quantile(result.residuals.indicated_airspeed, _OVER)
-    count = len(curve.correction)
+    count, zero = len(curve.correction), result.impact_pressure_zero
     known = [np.interp(flown, curve.indicated_airspeed, point) for point in np.eye(count)]
-    share = np.stack(known, axis=1) / flown[:, None]
+    less = air.impact_pressure(flown) - (0.0 if zero is None else zero.value)
+    share = np.stack(known, axis=1) / air.calibrated_airspeed(less)[:, None]
     unsure = 0.5 * curve.two_sigma * share
     correlation = np.ones((count, count)) if curve.correlation is None else curve.correlation
     own = _OWN_ERROR**2 * np.eye(len(flown))

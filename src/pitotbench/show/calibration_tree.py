@@ -214,7 +214,7 @@ def _assumptions(result: Calibration) -> Iterator[str]:
     """The accuracies on which the bounds depend, and the zero offset that is corrected."""
     shown = [(*_ASSUMED[a.name], a, _STATED_BY.get(a.source, a.source)) for a in result.assumptions]
     held = [
-        f"{name} ±{with_unit(f'{a.two_sigma:g}', unit)} ({source})"
+        f"{name} ±{with_unit(f'{a.two_sigma:.3g}', unit)} ({source})"
         for name, unit, a, source in shown
         if a.two_sigma > 0.0
     ]

@@ -51,8 +51,9 @@ def standard_pressure(pressure_altitude: Meters | float) -> Pascal:
 
 
 def pressure_altitude(static_pressure: Pascal | float) -> Meters:
-    """Return the pressure altitude [m] of a static pressure [Pa]; the inverse of
-    `standard_pressure`.
+    """Return the pressure altitude [m] of a static pressure [Pa].
+
+    It is the inverse of `standard_pressure`.
 
     NaN for a pressure of zero and less.
     """
@@ -72,9 +73,7 @@ def mach_from_true_airspeed(
     total_temperature: Kelvin | float,
     recovery_factor: float = 1.0,
 ) -> Array:
-    """Return the Mach number of a true airspeed [m/s] in air of which a probe reads the total
-    temperature [K].
-    """
+    """Return the Mach number of a true airspeed [m/s] at a total temperature [K] of a probe."""
     v = np.asarray(true_airspeed, dtype=np.float64)
     air = np.asarray(total_temperature) * HEAT_RATIO * GAS_CONSTANT - 0.2 * recovery_factor * v * v
     return v / np.sqrt(air)
@@ -86,8 +85,9 @@ def sound_speed(air_temperature: Kelvin | float) -> MetersPerSecond:
 
 
 def impact_pressure_from_mach(mach: Array | float, static_pressure: Pascal | float) -> Pascal:
-    """Return the impact pressure [Pa] at a Mach number and a static pressure p [Pa]: p[(1 + 0.2
-    M²)^3.5 − 1].
+    """Return the impact pressure [Pa] at a Mach number and a static pressure p [Pa].
+
+    It is p[(1 + 0.2 M²)^3.5 − 1].
     """
     # expm1 and log1p keep all digits where q_c is a small part of p, as it is at 100 kt.
     m = np.asarray(mach, dtype=np.float64)
@@ -97,8 +97,7 @@ def impact_pressure_from_mach(mach: Array | float, static_pressure: Pascal | flo
 def mach_from_impact_pressure(
     impact_pressure: Pascal | float, static_pressure: Pascal | float
 ) -> Array:
-    """Return the Mach number of an impact pressure q_c ≥ 0 [Pa] at a static pressure [Pa], in
-    subsonic flow.
+    """Return the subsonic Mach number of an impact pressure q_c ≥ 0 at a static pressure [Pa].
 
     The inverse of `impact_pressure_from_mach`; NaN for a negative impact pressure.
     """
@@ -118,8 +117,9 @@ def calibrated_airspeed(impact_pressure: Pascal | float) -> MetersPerSecond:
 
 
 def impact_pressure(calibrated_airspeed: MetersPerSecond | float) -> Pascal:
-    """Return the impact pressure [Pa] of a calibrated airspeed [m/s]; the inverse of
-    `calibrated_airspeed`.
+    """Return the impact pressure [Pa] of a calibrated airspeed [m/s].
+
+    It is the inverse of `calibrated_airspeed`.
     """
     return impact_pressure_from_mach(
         np.asarray(calibrated_airspeed, dtype=np.float64) / SEA_LEVEL_SOUND_SPEED,
@@ -145,8 +145,9 @@ def calibrated_airspeed_slope(
 def total_temperature(
     air_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0
 ) -> Kelvin:
-    """Return the temperature [K] that a probe reads at an air temperature T [K]: T_t = T(1 + 0.2 r
-    M²).
+    """Return the temperature [K] that a probe reads at an air temperature T [K].
+
+    It is T_t = T(1 + 0.2 r M²).
     """
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(air_temperature * (1.0 + 0.2 * recovery_factor * m * m))
@@ -155,8 +156,9 @@ def total_temperature(
 def air_temperature(
     total_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0
 ) -> Kelvin:
-    """Return the air (static) temperature [K] of a probe's reading [K]; the inverse of
-    `total_temperature`.
+    """Return the air (static) temperature [K] of a probe's reading [K].
+
+    It is the inverse of `total_temperature`.
     """
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(total_temperature / (1.0 + 0.2 * recovery_factor * m * m))
@@ -167,9 +169,7 @@ def true_airspeed(
     static_pressure: Pascal | float,
     air_temperature: Kelvin | float,
 ) -> MetersPerSecond:
-    """Return the true airspeed [m/s] of an impact pressure [Pa], static pressure [Pa] and air
-    temperature [K].
-    """
+    """Return the true airspeed [m/s] at impact and static pressure [Pa] and air temperature [K]."""
     return mach_from_impact_pressure(impact_pressure, static_pressure) * sound_speed(
         air_temperature
     )

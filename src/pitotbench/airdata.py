@@ -57,9 +57,10 @@ LIMITS = RegressionLimits()
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Rows or block means of a part of a log in flight, (n,) each: clock [s], reading, static
-    pressure and ambient pressure [Pa], k [Pa s²/m²], ground velocity, its size and the speed of
-    sound [m/s].
+    """Rows or block means of a part of a log in flight, (n,) each.
+
+    They are the clock [s], reading, static pressure and ambient pressure [Pa], k [Pa s²/m²], ground
+    velocity, its size and the speed of sound [m/s].
 
     `ambient` is that of the receiver's height, in the standard atmosphere, where the log has one
     (`by_height`), else the static pressure.
@@ -102,8 +103,9 @@ class Part:
         return max(LIMITS.lasting / float(np.median(np.diff(self.time))), 1.0)
 
     def shapes(self) -> Array:
-        """The shapes of the wind in time, (n, m): a steady one, then from each knot to the next a
-        change that lasts.
+        """The shapes of the wind in time, (n, m).
+
+        The first is steady, and the others change from a knot to the next and last.
         """
         since = self.time - self.time[0]
         knots = self._knots()
@@ -111,8 +113,9 @@ class Part:
         return np.stack([np.ones_like(since), *changes], axis=1)
 
     def wind(self) -> tuple[Array, Array]:
-        """The columns of the winds, (n, 2m), to be multiplied by a, and 1σ of their coefficients
-        before the log is looked at, (2m,): a wind, and the steps of a random walk.
+        """The columns of the winds, (n, 2m), to be multiplied by a, and 1σ of their coefficients, (2m,).
+
+        That is known before the log is looked at: of a wind, and of the steps of a random walk.
         """
         shapes, knots = self.shapes(), self._knots()
         usual = LIMITS.wind + LIMITS.wind_share * float(np.median(self.speed))
@@ -128,8 +131,9 @@ class Part:
 def part_of(
     rows: Mapping[str, Array], temperature: Array | None = None, altitude: Array | None = None
 ) -> Part:
-    """Return rows of a log by the names of its channels, (n,) each [SI]; `temperature` [K] is that
-    of the air, the standard one where it is not given.
+    """Return rows of a log by the names of its channels, (n,) each [SI].
+
+    `temperature` [K] is that of the air, the standard one where it is not given.
     """
     static, north, east = (rows[n] for n in ("static_pressure", "velocity_north", "velocity_east"))
     ambient = static if altitude is None else air.standard_pressure(altitude)
@@ -151,8 +155,10 @@ def _per_square(speed: Array, sound: Array, ambient: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """The regression of a reading: coefficients, (p,), their covariance, (p, p), what is left of
-    the reading, (n,), and the columns on all rows, fitted or not, (m, p).
+    """The regression of a reading.
+
+    It has coefficients, (p,), their covariance, (p, p), what is left of the reading, (n,), and the
+    columns on all rows, fitted or not, (m, p).
     """
 
     values: Array
@@ -212,8 +218,9 @@ def regress(
 
 @dataclass(frozen=True, slots=True)
 class Followed(Fit):
-    """What a reading follows: its share a of the speed first, then other columns and the zero; and
-    the wind on all rows, (2, m) [m/s] toward north and east.
+    """What a reading follows: its share a of the speed first, then other columns and the zero.
+
+    `wind` is that on all rows, (2, m) [m/s] toward north and east.
     """
 
     wind: Array
@@ -226,8 +233,9 @@ def follow(
     until: int | None = None,
     zero: float = np.inf,
 ) -> Followed:
-    """Fit a reading, (n,), by its share of the speed, by other columns, (n,) each, a zero of which
-    1σ is given [Pa], and a wind; with `until`, on the first rows.
+    """Fit a reading, (n,), by its share of the speed, by other columns, (n,) each, a zero and a wind.
+
+    Of the `zero` 1σ is given [Pa]. With `until` the first rows are fitted.
 
     The wind moves the density k and, by its square, the zero: both are those of the fit before.
     """
@@ -250,8 +258,9 @@ def follow(
 
 
 def mean_wind(channels: Mapping[str, Any]) -> Array:
-    """Return the wind toward north and east, (2,) [m/s], that brings the ground velocity and the
-    airspeed together best, whatever factor that has; 0 where the log does not tell.
+    """Return the wind, (2,) [m/s] toward north and east, that fits ground velocity and airspeed best.
+
+    The airspeed may have any factor. The wind is 0 where the log does not tell.
 
     `channels` [SI] by name, (n,) each: those of `NEEDED`. Rows that are not finite or do not fit
     count for nothing.
@@ -273,9 +282,7 @@ def mean_wind(channels: Mapping[str, Any]) -> Array:
 
 
 def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
-    """Return the parts of a log in flight by its channels, each as long as one wind may last, in
-    means of blocks.
-    """
+    """Return the parts of a log in flight in means of blocks, each as long as one wind may last."""
     time, speed = channels["time"], np.hypot(channels["velocity_north"], channels["velocity_east"])
     fast = float(np.quantile(speed, 0.95))
     if fast < TAXI:
@@ -299,9 +306,11 @@ def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """What the impact pressure reads while the airplane stands before or after its flight [Pa]: the
-    median of the means of blocks, the range that holds nine tenths of them, and the standard
-    deviations of what changes from block to block and of the noise that the mean of all rows keeps.
+    """What the impact pressure reads while the airplane stands before or after its flight [Pa].
+
+    It is the median of the means of blocks, the range that holds nine tenths of them, and the
+    standard deviations of what changes from block to block and of the noise that the mean of all rows
+    keeps.
     """
 
     reading_pa: float
@@ -311,8 +320,9 @@ class Rest:
 
 
 def rests_of(channels: Mapping[str, Any]) -> list[Rest]:
-    """Return the rests before and after a flight that show the zero of a gauge: of some seconds
-    (`LIMITS.settle`), and not of a display, which stands at 0 whatever its zero is.
+    """Return the rests before and after a flight that show the zero of a gauge.
+
+    They last some seconds (`LIMITS.settle`). A display shows none: it stands at 0 whatever its zero is.
 
     `channels` [SI] by name, (n,) each: those of `NEEDED` without the static pressure.
     """

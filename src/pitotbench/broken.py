@@ -74,8 +74,9 @@ LIMITS = BrokenLimits()
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """A broken pitot: the sentence with its evidence, what to do, and whether the air data hold no
-    answer (`refused`).
+    """A broken pitot: the sentence with its evidence and what to do.
+
+    `refused` states that the air data hold no answer.
     """
 
     words: str
@@ -201,8 +202,9 @@ def _died(part: Part, row: int) -> bool:
 
 
 def _frozen(part: Part, row: int) -> bool:
-    """Whether the reading from a row on does not follow the speed: by itself, or by the wind found
-    before.
+    """Whether the reading from a row on does not follow the speed.
+
+    It does not by itself, or by the wind found before.
     """
     early, late = part.rows(slice(0, row)), part.rows(slice(row, None))
     dead, swing = _dead(late, leaks=False), _excitation(late) * float(np.median(late.slope))

@@ -92,8 +92,9 @@ _FUEL_FLOW = Channel("kgps", "engine", 0.0, 3.0, 0.5 * POUND / 3600.0, 1e-6)  # 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """The channels of a log as typed fields; `records.log.FlightLog` adds the header and the
-    checks.
+    """The channels of a log as typed fields.
+
+    `records.log.FlightLog` adds the header and the checks.
 
     Each resolution that is a number is a twentieth of the noise or finer: too fine to matter, but
     coarse enough to keep log files short.

@@ -1,5 +1,6 @@
-"""Examine the time base of a log: where samples are missing, where the recording paused, which GPS
-fixes are new.
+"""Examine the time base of a log.
+
+Tell where samples are missing, where the recording paused, and which GPS fixes are new.
 
 A stretch is a part of a log between two breaks. There are two kinds of break:
 
@@ -42,9 +43,7 @@ def interval(time: Seconds) -> float:
 
 
 def gaps(time: Seconds) -> Indices:
-    """Return the first row after each gap, where the time step is longer than `MISSING` sample
-    intervals.
-    """
+    """Return the first row after each gap, a step longer than `MISSING` sample intervals."""
     return _after(time, MISSING, 0.0)
 
 
@@ -58,8 +57,9 @@ def pauses(time: Seconds) -> Indices:
 
 
 def in_outage(time: Seconds, fresh: Booleans) -> Booleans:
-    """Return the rows in which a sensor holds a sample for too long, (n,); `fresh` (n,) marks its
-    new samples.
+    """Return the rows in which a sensor holds a sample for too long, (n,).
+
+    `fresh` (n,) marks its new samples.
 
     It is too long where it lasts longer than `OUTAGE_SECONDS`, and than `OUTAGE_SAMPLES` times what
     nearly all samples of this sensor are held for. So a slow sensor, one that loses samples at
@@ -80,17 +80,16 @@ def in_outage(time: Seconds, fresh: Booleans) -> Booleans:
 
 
 def _holds(time: Seconds, fresh: Booleans) -> tuple[Seconds, Indices]:
-    """How long the sample of each row of a stretch is held, (n,), and the row at which each hold
-    begins.
-    """
+    """How long the sample of each row of a stretch is held, (n,), and the first row of each hold."""
     begins = np.flatnonzero(fresh | (np.arange(len(time)) == 0))
     lengths = np.diff(np.append(time[begins], time[-1]))
     return np.repeat(lengths, np.diff(np.append(begins, len(time)))), begins
 
 
 def stretches(time: Seconds, breaks: Indices) -> list[slice]:
-    """Return the rows of each stretch. `breaks` are the rows that begin a new stretch, from `gaps`
-    or `pauses`.
+    """Return the rows of each stretch.
+
+    `breaks` are the rows that begin a new stretch, from `gaps` or `pauses`.
     """
     ends = [0, *(int(row) for row in breaks), len(time)]
     return [slice(first, end) for first, end in pairwise(ends)]
@@ -102,8 +101,9 @@ def stretch_numbers(time: Seconds, breaks: Indices) -> Indices:
 
 
 def fresh_fixes(marked: Booleans | None, *channels: Array) -> Booleans:
-    """Return whether the GPS fix is new in each row, (n,); channels of the GPS, (n,) each, at least
-    one.
+    """Return whether the GPS fix is new in each row, (n,).
+
+    It takes one channel of the GPS or more, (n,) each.
 
     `marked` is the log's column `gps_fresh`. Without it, a fix is new where a channel differs from
     that of the row before: the recorder repeats the fixes of a slower receiver.

@@ -1,5 +1,6 @@
-"""The parameters that take the error of a calibrated airspeed out of an autopilot: a scale and an
-offset that follow its curve.
+"""The parameters that take the error of a calibrated airspeed out of an autopilot.
+
+They are a scale and an offset that follow its curve.
 """
 
 from collections.abc import Mapping
@@ -29,12 +30,11 @@ _WITHOUT_OFFSET = 6  # ARSPD_TYPE of the SDP3X: ArduPilot holds its offset at ze
 
 
 def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
-    """Return the parameters that take the error out of an autopilot's airspeed, each with 2σ and
-    its derivation.
+    """Return the parameters that take the error out of an autopilot's airspeed.
 
-    `result` is a calibration of the airspeed that the autopilot showed with the parameters in its
-    log. The new ones fit C² = R(d − δ) to the calibrated airspeeds C of the curve, by weighted
-    least squares. Their 2σ is that of the curve, whose errors are correlated, plus what the formula
+    Each has its 2σ and its derivation. `result` is a calibration of the airspeed that the autopilot
+    showed with the parameters in its log. The new ones fit C² = R(d − δ) to the calibrated airspeeds
+    C of the curve, by weighted least squares. Their 2σ is that of the curve, whose errors are correlated, plus what the formula
     cannot follow. Raises BadInputError for an unknown autopilot, for a log without its parameters
     and for a sensor that does not use them; NoAnswerError for a curve that does not tell them, and
     for an answer that is not to be used.
@@ -127,9 +127,7 @@ _REFUSALS = {"ArduPilot": _refuse_ardupilot, "PX4": _refuse_px4}
 
 @dataclass(frozen=True, slots=True)
 class _Fit:
-    """R [m²/s² per Pa] and δ [Pa] with 2σ, the calibrated airspeeds of the curve, the bound there
-    [m/s].
-    """
+    """R [m²/s² per Pa] and δ [Pa] with 2σ, and the curve's calibrated airspeeds and bound [m/s]."""
 
     ratio: float
     ratio_two_sigma: float

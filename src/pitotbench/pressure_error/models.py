@@ -1,5 +1,6 @@
-"""The models of a pressure error (Martos, Kiszely and Foster 2011, Fig 4), a smooth one, and curves
-of them.
+"""The models of a pressure error, a smooth one, and curves of them.
+
+Source: Martos, Kiszely and Foster (2011), Fig 4.
 """
 
 from abc import ABC, abstractmethod
@@ -32,9 +33,7 @@ class TermModel:
     formula: str
 
     def basis(self, x: Array) -> Array:
-        """Return the terms at x = q_ci/q_ref, (n,), as an array (n, k) [-], k being the number of
-        parameters.
-        """
+        """Return the terms at x = q_ci/q_ref, (n,), as an array (n, k) [-] of k parameters."""
         return _columns([term for term, _ in self.terms], x)
 
     def curve(self, x: Array, parameters: Array) -> tuple[Array, Array]:
@@ -95,8 +94,9 @@ _DERIVED = legendre.legder(np.eye(_DEGREES))  # of each polynomial, in those of 
 
 @dataclass(frozen=True, slots=True)
 class SmoothModel:
-    """A smooth curve over the range `low` to `high` of x = q_ci/q_ref, a straight line in ln x
-    beyond it.
+    """A smooth curve over a range of x = q_ci/q_ref, and a straight line in ln x beyond it.
+
+    The range is `low` to `high`.
 
     A curve of which nothing is known but that it is smooth. It is a level, a slope in ln x, a part
     in 1/x (the error of a static source follows the angle of attack, and the lift coefficient of
@@ -165,9 +165,7 @@ class SmoothModel:
         return value, by_place / (self._half * np.asarray(x))
 
     def spread_over(self, low: float, high: float) -> "SmoothModel":
-        """Return the model over another range, widened to the least one for which the prior is
-        meant.
-        """
+        """Return the model over another range, or the least one for which the prior is meant."""
         margin = float(np.sqrt(max(_LEAST_RANGE * low / high, 1.0)))
         return replace(self, low=low / margin, high=high * margin)
 
@@ -189,8 +187,9 @@ class SmoothModel:
         return self._with_lift(slopes, -self._half * np.exp(-self._half * place))
 
     def _with_lift(self, of_degree: Array, lift: Array) -> Array:
-        """The terms, or their slopes, with the part in 1/x in the third place: it is what level and
-        slope leave of it.
+        """The terms, or their slopes, with the part in 1/x in the third place.
+
+        That is what level and slope leave of it.
         """
         level, slope, scatter = _lift_over(self._half)
         unlike_lift = (lift - level * of_degree[..., 0] - slope * of_degree[..., 1]) / scatter
@@ -240,8 +239,9 @@ class _Curve(ABC):
         return q_ci / (1.0 - self.normalized(q_ci))
 
     def indicated_impact_pressure(self, impact_pressure: Pascal) -> Pascal:
-        """Return the indicated impact pressure of a true one [Pa], (n,): solve q_ci = q_c (1 −
-        f(q_ci)).
+        """Return the indicated impact pressure of a true one [Pa], (n,).
+
+        It solves q_ci = q_c (1 − f(q_ci)).
 
         Raises PressureErrorRangeError where no solution is found, because f is close to 1 or above.
         """
@@ -275,8 +275,9 @@ class PressureErrorCurve(_Curve):
 
 
 def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pascal:
-    """Solve q_ci = q_c (1 − f(q_ci)) for q_ci [Pa], (n,), by the secant method, each sample
-    separately.
+    """Solve q_ci = q_c (1 − f(q_ci)) for q_ci [Pa], (n,), by the secant method.
+
+    Each sample is solved separately.
 
     `normalized` is f as a function of q_ci [Pa]. Raises PressureErrorRangeError where no solution
     is found.
@@ -311,8 +312,9 @@ def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pas
 
 @dataclass(frozen=True, slots=True)
 class TableCurve(_Curve):
-    """Δp/q_c [-] over indicated airspeed [m/s], linear between two or more increasing airspeeds,
-    held at the ends.
+    """Δp/q_c [-] over two or more increasing indicated airspeeds [m/s].
+
+    It is linear between them and held at the ends.
 
     Raises ValueError for fewer points, or airspeeds that do not increase.
     """

@@ -1,5 +1,6 @@
-"""Record a flight: pass the truth through every sensor, and write the truth to a file of its own on
-request.
+"""Record a flight: pass the truth through every sensor.
+
+On request the truth is written to a file of its own.
 """
 
 from collections.abc import Callable, Mapping
@@ -122,8 +123,9 @@ def quantize(values: Array, resolution: float) -> Array:
 
 
 def with_height_error(flight: Flight, das: DataSystem, seed: int) -> Flight:
-    """Return the flight with the slow error in its altitude; the same flight where the receiver has
-    none.
+    """Return the flight with the slow error in its altitude.
+
+    It is the same flight where the receiver has none.
     """
     if das.altitude_drift == 0.0 or "altitude" not in flight.channels:
         return flight
@@ -150,8 +152,9 @@ def slow_error(
 
 
 def _run(new: Array, before: float, gap: float, step: float, memory: float) -> Array:
-    """Return one stretch of unit deviation from such white noise; `before` is the value a gap [s]
-    ago.
+    """Return one stretch of unit deviation from such white noise.
+
+    `before` is the value a gap [s] ago.
     """
     kept, across = np.exp(-step / memory), np.exp(-gap / memory)
     drive = np.sqrt(1.0 - kept**2) * new
@@ -169,8 +172,7 @@ _FELT = "felt_"
 def values_at_probes(
     flight: Flight, das: DataSystem, at: Callable[[Array], Array]
 ) -> dict[str, Array]:
-    """Return static pressure, indicated impact pressure and total temperature at the probes [SI],
-    (n,) each.
+    """Return static and indicated impact pressure and total temperature at the probes, (n,) [SI].
 
     Parameters: flight; das; at, a function that takes a channel of the flight to the instants
     wanted. Raises BadInputError where the case's pressure error cannot be applied.
@@ -193,8 +195,9 @@ def values_at_probes(
 
 
 def with_probe_effects(flight: Flight, das: DataSystem) -> Flight:
-    """Return the flight with the case's effects on the probes; the same flight where there are
-    none.
+    """Return the flight with the case's effects on the probes.
+
+    It is the same flight where there are none.
 
     Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters.
     """
@@ -210,8 +213,9 @@ def with_probe_effects(flight: Flight, das: DataSystem) -> Flight:
 
 
 def with_listed_mass(flight: Flight) -> Flight:
-    """Return the flight with the mass of its weight sheet, which lacks any mass that an effect or
-    a patch of the aircraft adds.
+    """Return the flight with the mass of its weight sheet.
+
+    The sheet lacks any mass that an effect or a patch of the aircraft adds.
 
     Otherwise the mass column would reveal the effect, and a model flown at that mass would show no
     gap.
@@ -229,8 +233,9 @@ def with_listed_mass(flight: Flight) -> Flight:
 
 
 def with_recorder_effects(log: FlightLog, case: Case) -> FlightLog:
-    """Return the log with the case's effects on recorded samples; the same log where there are
-    none.
+    """Return the log with the case's effects on recorded samples.
+
+    It is the same log where there are none.
     """
     choices = _sensor_effects(case, after_noise=True)
     if not choices:
@@ -350,8 +355,9 @@ def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed
 
 
 def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
-    """Return the header of a synthetic log: versions, seeds, accuracies, and the case without its
-    truth.
+    """Return the header of a synthetic log.
+
+    It has versions, seeds, accuracies, and the case without its truth.
 
     It holds a digest of the whole case, so that a truth file can be matched to its log.
     """
@@ -379,8 +385,7 @@ def truth_path(log_path: Path | str) -> Path:
 
 
 def write_truth(flight: Flight, log_path: Path | str) -> Path:
-    """Write all channels [SI], labels and the whole case of a flight next to its log, and return
-    the path.
+    """Write channels [SI], labels and the case of a flight next to its log, and return the path.
 
     Columns have the prefix `true_` and, where a log has the quantity, the suffix of its unit. An
     error leaves no incomplete file.

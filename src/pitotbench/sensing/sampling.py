@@ -42,8 +42,9 @@ _RATES = re.compile(r"\s*(\d+(?:\.\d+)?)\s*/\s*(\d+(?:\.\d+)?)\s*")
 
 
 def data_system(text: str) -> DataSystem:
-    """Return the data system of a name, such as `20/1`, or of any rates `A/G`: air data over GPS
-    [Hz].
+    """Return the data system of a name, such as `20/1`: rates of air data over GPS [Hz].
+
+    Any rates `A/G` are one.
 
     The ratio need not be a whole number. A GPS below 10 Hz gets the noise of a receiver without
     inertial unit. Raises BadInputError for text that is not a pair of rates, and for rates that
@@ -96,8 +97,9 @@ _CLOCK_DECIMALS = 6  # the log's clock resolves a microsecond
 
 @dataclass(frozen=True, slots=True)
 class Instants:
-    """Instants of a flight, (n,): `below` is the sample at or before each, `weight` the share of
-    the next one.
+    """Instants of a flight, (n,).
+
+    `below` is the sample at or before each, `weight` the share of the next one.
     """
 
     below: Indices
@@ -142,8 +144,7 @@ def schedule(
     air_latency: float = 0.0,
     gps_latency: float = 0.0,
 ) -> Schedule:
-    """Return when a system of these rates [Hz] and latencies [s] samples a flight of these times
-    [s].
+    """Return when a system of rates [Hz] and latencies [s] samples a flight of given times [s].
 
     A flight is one or more stretches without gaps, because the set-up between speeds is not
     recorded. In each stretch the recorder starts anew: rows at start + k/air rate, fixes at start +

@@ -109,18 +109,19 @@ def with_scale(result: Calibration, log: FlightLog) -> Calibration:
 
 def _of_curve(result: Calibration) -> Scale:
     """The factor that the curve holds: its ratios of calibrated and indicated airspeed over the
-    speeds of the log are one factor and, at each of them, the airplane's own error. A zero that is
-    known is none of the factor.
+    speeds of the log are one factor and, at each of them, the airplane's own error. A zero that was
+    read at rest is none of the factor.
     """
     curve, flown = result.curve, np.quantile(result.residuals.indicated_airspeed, _OVER)
-    count, zero = len(curve.correction), result.impact_pressure_zero
+    count, zero = len(curve.correction), result.zero_at_rest
     known = [np.interp(flown, curve.indicated_airspeed, point) for point in np.eye(count)]
-    less = air.impact_pressure(flown) - (0.0 if zero is None else zero.value)
-    share = np.stack(known, axis=1) / air.calibrated_airspeed(less)[:, None]
+    pressure = air.impact_pressure(flown) - (0.0 if zero is None else zero.value)
+    share = np.stack(known, axis=1) / air.calibrated_airspeed(pressure)[:, None]
     unsure = 0.5 * curve.two_sigma * share
     correlation = np.ones((count, count)) if curve.correlation is None else curve.correlation
-    own = _OWN_ERROR**2 * np.eye(len(flown))
-    weight = np.linalg.solve(unsure @ correlation @ unsure.T + own, np.ones(len(flown)))
+    weight = np.linalg.solve(
+        unsure @ correlation @ unsure.T + _OWN_ERROR**2 * np.eye(len(flown)), np.ones(len(flown))
+    )
     ratio = share @ (curve.indicated_airspeed + curve.correction)
     return Scale(float(weight @ ratio / np.sum(weight)), float(2.0 / np.sqrt(np.sum(weight))))
 

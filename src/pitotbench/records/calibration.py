@@ -501,6 +501,18 @@ class Calibration(Shown):
         """Whether the answer may be used: its samples do not contradict it."""
         return not any(each.fatal for each in self.disagreements)
 
+    @property
+    def zero_at_rest(self) -> Estimate | None:
+        """The zero of the impact pressure [Pa] where the log was read at rest, else None.
+
+        One that the flight alone shows cannot be told from a factor.
+        """
+        return (
+            self.impact_pressure_zero
+            if any(each.source == READ_AT_REST for each in self.assumptions)
+            else None
+        )
+
     def at(self, airspeed_kt: Any) -> CorrectionAt:
         """Return the correction at an indicated airspeed [kt] and its 2σ: `value, two_sigma =
         result.at(100)`, as `ErrorCurve.at`.

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.records.calibration import READ_AT_REST, AutopilotSettings, Calibration
+from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.log import FlightLog
 from pitotbench.show.calibration import (
     NamedFlight,
@@ -232,8 +232,7 @@ def _assumptions(result: Calibration) -> Iterator[str]:
         yield f"The ± holds no constant error of {names} ({sources})."
     zero = result.impact_pressure_zero
     if zero is not None:
-        at_rest = any(a.name == zero.name and a.source == READ_AT_REST for a in result.assumptions)
-        seen = "as read at rest" if at_rest else "a constant part of Δp looks the same"
+        seen = "as read at rest" if result.zero_at_rest else "a constant part of Δp looks the same"
         yield (
             f"The correction includes a sensor zero of {zero.value:+.0f} ± {zero.two_sigma:.0f} Pa "
             f"(2σ; {seen}), Δp/q_c does not."

@@ -113,9 +113,10 @@ class Part:
         return np.stack([np.ones_like(since), *changes], axis=1)
 
     def wind(self) -> tuple[Array, Array]:
-        """The columns of the winds, (n, 2m), to be multiplied by a, and 1σ of their coefficients, (2m,).
+        """The columns of the winds, (n, 2m), and 1σ of their coefficients, (2m,).
 
-        That is known before the log is looked at: of a wind, and of the steps of a random walk.
+        The columns are to be multiplied by a. The 1σ, of a wind and of the steps of a random walk,
+        is known before the log is looked at.
         """
         shapes, knots = self.shapes(), self._knots()
         usual = LIMITS.wind + LIMITS.wind_share * float(np.median(self.speed))
@@ -233,9 +234,10 @@ def follow(
     until: int | None = None,
     zero: float = np.inf,
 ) -> Followed:
-    """Fit a reading, (n,), by its share of the speed, by other columns, (n,) each, a zero and a wind.
+    """Fit a reading, (n,), by its share of the speed, other columns, a zero and a wind.
 
-    Of the `zero` 1σ is given [Pa]. With `until` the first rows are fitted.
+    The other columns are (n,) each. Of the `zero` 1σ is given [Pa]. With `until` the first rows are
+    fitted.
 
     The wind moves the density k and, by its square, the zero: both are those of the fit before.
     """
@@ -258,9 +260,10 @@ def follow(
 
 
 def mean_wind(channels: Mapping[str, Any]) -> Array:
-    """Return the wind, (2,) [m/s] toward north and east, that fits ground velocity and airspeed best.
+    """Return the wind toward north and east, (2,) [m/s], that fits both velocities best.
 
-    The airspeed may have any factor. The wind is 0 where the log does not tell.
+    They are the ground velocity and the airspeed. The airspeed may have any factor. The wind is 0
+    where the log does not tell.
 
     `channels` [SI] by name, (n,) each: those of `NEEDED`. Rows that are not finite or do not fit
     count for nothing.
@@ -309,8 +312,8 @@ class Rest:
     """What the impact pressure reads while the airplane stands before or after its flight [Pa].
 
     It is the median of the means of blocks, the range that holds nine tenths of them, and the
-    standard deviations of what changes from block to block and of the noise that the mean of all rows
-    keeps.
+    standard deviations of what changes from block to block and of the noise that the mean of all
+    rows keeps.
     """
 
     reading_pa: float
@@ -322,7 +325,8 @@ class Rest:
 def rests_of(channels: Mapping[str, Any]) -> list[Rest]:
     """Return the rests before and after a flight that show the zero of a gauge.
 
-    They last some seconds (`LIMITS.settle`). A display shows none: it stands at 0 whatever its zero is.
+    They last some seconds (`LIMITS.settle`). A display shows none: it stands at 0 whatever its zero
+    is.
 
     `channels` [SI] by name, (n,) each: those of `NEEDED` without the static pressure.
     """

@@ -41,7 +41,7 @@ def earth_to_body(vector: Array, roll: Radians, pitch: Radians, heading: Radians
 
 
 def flow_direction(angle_of_attack: Radians, sideslip: Radians) -> Array:
-    """Return the velocity through the air in body axes, as unit vectors (3, n), by its flow angles."""
+    """Return the direction of flow angles in body axes, as unit vectors (3, n)."""
     level = np.cos(sideslip)
     return np.stack(
         [np.cos(angle_of_attack) * level, np.sin(sideslip), np.sin(angle_of_attack) * level]

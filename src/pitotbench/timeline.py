@@ -80,7 +80,7 @@ def in_outage(time: Seconds, fresh: Booleans) -> Booleans:
 
 
 def _holds(time: Seconds, fresh: Booleans) -> tuple[Seconds, Indices]:
-    """How long the sample of each row of a stretch is held, (n,), and the first row of each hold."""
+    """How long the sample of each row of a stretch is held, (n,), and where each hold begins."""
     begins = np.flatnonzero(fresh | (np.arange(len(time)) == 0))
     lengths = np.diff(np.append(time[begins], time[-1]))
     return np.repeat(lengths, np.diff(np.append(begins, len(time)))), begins

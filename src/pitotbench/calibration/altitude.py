@@ -356,7 +356,7 @@ def _assembled(
     profile = profile.warmed(_HALF * moist)
     column = np.exp(-air.GRAVITY / air.GAS_CONSTANT * profile.thinness(height))
     column *= float(np.mean(static / column))
-    # By the pressure of the column: a gain by the reading would put the rows into their own columns.
+    # By the column's pressure: a gain by the reading would put the rows into their own columns.
     gain = air.GAS_CONSTANT * profile.at(height) / (column * air.GRAVITY)
     tie, fix = _ties(carried, blocks)
     velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])

@@ -540,8 +540,8 @@ _GUSTY = 2.0  # times its change, the mean pressure of a wind whose gusts are a 
 
 
 def _zero(rests: Sequence[Rest], stated: Accuracies, priors: Priors) -> Nuisance:
-    """The zero of the impact pressure, as it reads at rest: there a wind may blow into the tube, and
-    until the flight the zero moves.
+    """The zero of the impact pressure, as it reads at rest: there a wind may blow into the tube,
+    and until the flight the zero moves.
     """
     wide = Nuisance(ZERO, 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope)
     if not rests:

@@ -33,11 +33,11 @@ def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
     """Return the parameters that take the error out of an autopilot's airspeed.
 
     Each has its 2σ and its derivation. `result` is a calibration of the airspeed that the autopilot
-    showed with the parameters in its log. The new ones fit C² = R(d − δ) to the calibrated airspeeds
-    C of the curve, by weighted least squares. Their 2σ is that of the curve, whose errors are correlated, plus what the formula
-    cannot follow. Raises BadInputError for an unknown autopilot, for a log without its parameters
-    and for a sensor that does not use them; NoAnswerError for a curve that does not tell them, and
-    for an answer that is not to be used.
+    showed with the parameters in its log. The new ones fit C² = R(d − δ) to the calibrated
+    airspeeds C of the curve, by weighted least squares. Their 2σ is that of the curve, whose errors
+    are correlated, plus what the formula cannot follow. Raises BadInputError for an unknown
+    autopilot, for a log without its parameters and for a sensor that does not use them;
+    NoAnswerError for a curve that does not tell them, and for an answer that is not to be used.
     """
     if name not in AUTOPILOTS:
         raise BadInputError(explain("autopilot", name, list(AUTOPILOTS)))

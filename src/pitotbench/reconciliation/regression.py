@@ -129,8 +129,8 @@ def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block
 def _stands_out(
     layout: Layout, equations: NormalEquations, null: NullDistribution, given: Sequence[int] = ()
 ) -> bool:
-    """Whether a cell or an effect scores more than any does on null flights, beside the sizes of the
-    columns `given`.
+    """Whether a cell or an effect scores more than any does on null flights, beside the sizes of
+    the columns `given`.
 
     A sum of many small scores is no gap that anyone sees. Null flights do not tell what an effect
     for a part of the flight scores. Without them the Bayes factor alone decides.

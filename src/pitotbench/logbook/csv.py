@@ -169,8 +169,6 @@ def _names_line(head: list[bytes]) -> int:
     if len(cells) < _FEWEST_BELOW:
         return 0
     width = len(cells[-2])  # the last line may be cut
-    if _may_name(cells[0]) and len(cells[0]) == width:
-        return 0
     for place, line in enumerate(cells[:-_FEWEST_BELOW]):
         if len(line) == width > 1 and _may_name(line):
             return place
@@ -248,11 +246,14 @@ def _columns(file: BinaryIO, form: _Form) -> tuple[tuple[str, ...], tuple[Column
     from pyarrow import csv
 
     ragged: list[Any] = []
+    file.seek(form.above)
+    # A copy: Arrow reads ahead in a thread of its own, under which the file would move.
+    head = BytesIO(file.read(BLOCK) + file.readline(BLOCK))
 
-    def run(read: Any, types: Mapping[str, Any]) -> Any:
+    def run(types: Mapping[str, Any]) -> Any:
         file.seek(form.above)
         ragged.clear()
-        return read(file, *_options(form, ragged, types))
+        return to_columns(csv.read_csv(file, *_options(form, ragged, types)))
 
     try:
         # A whole column of which the first block has integers or nothing may hold any number.
@@ -260,11 +261,11 @@ def _columns(file: BinaryIO, form: _Form) -> tuple[tuple[str, ...], tuple[Column
             each.name: pa.float64()
             if pa.types.is_integer(each.type) or pa.types.is_null(each.type)
             else each.type
-            for each in run(csv.open_csv, {}).schema
+            for each in csv.open_csv(head, *_options(form, [], {})).schema
         }
         with suppress(pa.ArrowInvalid):
-            return *to_columns(run(csv.read_csv, types)), ragged
-        return *to_columns(run(csv.read_csv, {})), ragged
+            return *run(types), ragged
+        return *run({}), ragged
     except pa.ArrowInvalid as error:
         raise BadInputError(
             f"not a CSV table: {str(error).splitlines()[0]}; check its quotation marks, and lines "

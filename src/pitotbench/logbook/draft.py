@@ -56,7 +56,8 @@ class Draft:
     `columns` and `suffixes` hold the column and the unit of each.
 
     `rows` holds the numbers, from 1, that the kept rows have in the file. `strangers` are columns
-    that are no quantities, and `displayed` the channels that come from a display, in steps.
+    that are no quantities, and `displayed` the channels that come from a display, in steps. `rests`
+    is what the impact pressure reads before and after the flight.
     """
 
     channels: dict[str, NDArray[Any]]
@@ -70,9 +71,7 @@ class Draft:
     clock: bool = False  # whether the time comes from clock times
     start: float | None = None  # s, the first row of the log of which a part is kept
     units_by: dict[str, str] = field(default_factory=dict)  # as `FlightLog.units_by`
-    rests: list[Rest] = field(
-        default_factory=list
-    )  # what the impact pressure reads before and after the flight
+    rests: list[Rest] = field(default_factory=list)
 
     def keep(self, good: Booleans) -> None:
         """Keep only the rows where `good` is true, (n,).

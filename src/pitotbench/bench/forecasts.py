@@ -7,8 +7,11 @@ from functools import lru_cache
 import numpy as np
 
 from pitotbench.bench.gusts import MEAN_LENGTH, gust_deviation, with_gusts
-from pitotbench.calibration import calibrate
-from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.calibration.expected_bound import (
+    ExpectedNoise,
+    expected_two_sigma,
+    two_sigma_in_gusts,
+)
 from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.campaigns.flights import briefing_of, sense, wind_toward
 from pitotbench.records import BadInputError
@@ -193,20 +196,27 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
         height_white=das.altitude_noise,
         height_walk=das.velocity_noise / das.gps_rate**0.5,
     )
-    location = request.options.error_location
-    # The calibrator finds the place from the height, or assumes the published one.
-    if location == AUTO:
-        location = request.base.pressure_error.location
-    options = replace(request.options, error_location=location)
-    wind = np.array(wind_toward(request.base.wind)[:2])
+    options, wind = _expected(request)
     return expected_two_sigma(sense(flight, das), options, wind, noise, request.airspeeds)
 
 
 def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
     """Return the calibrator's 2σ [m/s] at the request's airspeeds for one draw.
 
-    Gusts and sensor noise are drawn. Raises as `calibrate` does.
+    Gusts and sensor noise are drawn. Raises NoAnswerError where they hide the curve.
     """
     log = sense(with_gusts(flight, request.base.turbulence, seed), request.das)
-    curve = calibrate(log, request.options).curve
-    return np.interp(request.airspeeds, curve.indicated_airspeed, curve.two_sigma)
+    return two_sigma_in_gusts(log, *_expected(request), request.airspeeds)
+
+
+def _expected(request: PlanRequest) -> tuple[CalibrationOptions, Array]:
+    """Return the options with the expected place of the error, and the wind toward north and east.
+
+    The calibrator finds the place from the height, or assumes the published one: to leave it open
+    moves the bound by at most 0.3 %, and takes half as long again.
+    """
+    location = request.options.error_location
+    if location == AUTO:
+        location = request.base.pressure_error.location
+    wind = np.array(wind_toward(request.base.wind)[:2])
+    return replace(request.options, error_location=location), wind

@@ -1,8 +1,9 @@
-"""The bound expected of a flight from its geometry alone: the inverse information matrix.
+"""The bound expected of a flight before it is flown, for noise that is known or estimated.
 
-The geometry is speeds, headings and times; the response of the log is not used. The level and the
-length of the gusts and the noise of the receiver's height are assumed known. The calibration
-estimates them, and its bound is wider.
+For known noise it is the inverse information matrix of the geometry alone: speeds, headings and
+times. The response of the log is not used; the level and the length of the gusts and the noise of
+the receiver's height are given. The calibration estimates them, and its bound is wider: for a log
+in gusts that are drawn, it is the fit's own, without the checks of a measured log.
 """
 
 from dataclasses import dataclass, replace
@@ -14,7 +15,14 @@ from pitotbench.calibration.altitude import altitude_rows
 from pitotbench.calibration.covering import covariance_given
 from pitotbench.calibration.covering_problem import Structure, wind_scale
 from pitotbench.calibration.fit_checks import USELESS, require_observable
-from pitotbench.calibration.observations import block_length, divide, observe, wind_drifts
+from pitotbench.calibration.location import fit_located
+from pitotbench.calibration.observations import (
+    Observations,
+    block_length,
+    divide,
+    observe,
+    wind_drifts,
+)
 from pitotbench.calibration.options import (
     PRIORS,
     CalibrationOptions,
@@ -22,7 +30,7 @@ from pitotbench.calibration.options import (
     priors_of,
 )
 from pitotbench.calibration.prediction import CurveMap, nuisances_of, with_signs
-from pitotbench.calibration.reduction import model_of, scale_of
+from pitotbench.calibration.reduction import model_of, one_thread, scale_of
 from pitotbench.calibration.result import correction_gradient
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.records import BadInputError, NoAnswerError
@@ -66,21 +74,11 @@ def expected_two_sigma(
     seen by the altitude equation too, where the log has its height. A wind that drifts does so by
     its usual size.
     """
-    stated = accuracies_of(options.accuracies, log.header)
-    options = replace(options, accuracies=stated, priors=priors_of(options.priors, log.header))
-    obs = observe(log, options)
-    model = model_of(options, scale_of([obs]))
-    require_observable(model, obs)
+    options, obs, structure = _problem(log, options)
     rows = None
-    if model.static_error and options.use_altitude:
+    if structure.model.static_error and options.use_altitude:
         rows = altitude_rows(log, obs, options, wind)
-    structure = Structure(
-        model,
-        nuisances_of(options, obs),
-        wind_drifts(options, obs),
-        priors_of(options.priors),
-        altitude=rows,
-    )
+    structure = replace(structure, altitude=rows)
     phi = np.log([max(noise.gust_deviation, _LEAST), noise.gust_length, noise.white_deviation])
     if structure.drifting:
         phi = np.append(phi, np.log(wind_scale(structure, obs)))
@@ -89,15 +87,56 @@ def expected_two_sigma(
         phi = np.append(
             phi, np.log(np.maximum([noise.height_deviation, noise.height_memory, third], _LEAST))
         )
-    theta = np.concatenate([np.zeros(model.error_count), wind])
+    theta = _without_error(structure, wind)
     covariance = covariance_given(structure, obs, divide(obs, block_length(obs)), theta, phi)
     known = np.zeros(len(covariance))
     known[: len(theta)] = theta
-    answer = with_signs(
-        Posterior(np.ones(1), known[None], covariance[None]), structure.nuisances, model.count
-    )
-    gradient = correction_gradient(CurveMap(model, indicated_airspeed), answer, structure.nuisances)
-    return answer.two_sigma(gradient)
+    answer = Posterior(np.ones(1), known[None], covariance[None])
+    return _two_sigma(structure, answer, indicated_airspeed)
+
+
+def two_sigma_in_gusts(
+    log: FlightLog, options: CalibrationOptions, wind: Array, indicated_airspeed: MetersPerSecond
+) -> MetersPerSecond:
+    """Compute 2σ of the curve at indicated airspeeds, (c,) [m/s], where the noise is estimated.
+
+    Parameters as of `expected_two_sigma`, with a log of the flight in gusts. It is the bound of
+    `calibrate` by the covering method, from a start that is known: no error, and the wind. Faulty
+    rows are not looked for. Raises NoAnswerError where the log does not determine the answer.
+    """
+    options, obs, structure = _problem(log, options)
+    with one_thread():
+        found = fit_located(log, options, structure, obs, _without_error(structure, wind))
+    bound = _two_sigma(found.structure, found.answer, indicated_airspeed)
+    if not np.median(bound) <= USELESS:  # nor NaN
+        raise NoAnswerError("the maneuver does not determine the curve in these gusts")
+    return bound
+
+
+def _problem(
+    log: FlightLog, options: CalibrationOptions
+) -> tuple[CalibrationOptions, Observations, Structure]:
+    """Return the options with the accuracies and priors of a log, its rows, and the problem."""
+    stated = accuracies_of(options.accuracies, log.header)
+    options = replace(options, accuracies=stated, priors=priors_of(options.priors, log.header))
+    obs = observe(log, options)
+    model = model_of(options, scale_of([obs]))
+    require_observable(model, obs)
+    drifting, priors = wind_drifts(options, obs), priors_of(options.priors)
+    return options, obs, Structure(model, nuisances_of(options, obs), drifting, priors)
+
+
+def _without_error(structure: Structure, wind: Array) -> Array:
+    return np.concatenate([np.zeros(structure.model.error_count), wind])
+
+
+def _two_sigma(
+    structure: Structure, answer: Posterior, indicated_airspeed: MetersPerSecond
+) -> MetersPerSecond:
+    """Return 2σ of the curve of an answer whose nuisances may have either sign."""
+    signed = with_signs(answer, structure.nuisances, structure.model.count)
+    curve = CurveMap(structure.model, indicated_airspeed)
+    return signed.two_sigma(correction_gradient(curve, signed, structure.nuisances))
 
 
 def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:

@@ -150,3 +150,9 @@ def test_every_command_has_a_summary_flags_with_help_and_a_run_function(row):
     assert [action.dest for action in parser._actions if not action.help] == []
     assert len(parser._actions) > 1
     assert callable(module.run)
+
+
+def test_who_reads_stored_results_waits_for_no_estimator():
+    loaded = loaded_after("import pitotbench.campaigns.result_table")
+    assert "pitotbench.calibration.options" in loaded
+    assert {"scipy", "pitotbench.calibration.reduction"} & loaded == set()

@@ -15,7 +15,6 @@ from pitotbench.broken import BROKEN
 from pitotbench.calibration.leg_methods import fixed_speed as fixed_speed
 from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
-from pitotbench.calibration.reduction import one_thread
 from pitotbench.logbook.columns import PARAMETERS, SENSOR
 from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records import BadInputError, NoAnswerError, OneHeadingError, UndeterminedError
@@ -43,7 +42,7 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for
     the methods.
     """
-    from pitotbench.calibration.reduction import reduce_log
+    from pitotbench.calibration.reduction import one_thread, reduce_log
     from pitotbench.calibration.result import assemble
 
     chosen = options or CalibrationOptions()
@@ -69,6 +68,7 @@ def calibrate_flights(
     columns, which may cost as much again. Raises as `calibrate` does.
     """
     from pitotbench.calibration.flights import reduce_flights
+    from pitotbench.calibration.reduction import one_thread
     from pitotbench.calibration.scale import with_scale
 
     chosen = options or CalibrationOptions()

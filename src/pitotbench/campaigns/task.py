@@ -10,7 +10,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.leg_points import cross_check
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.campaigns import flights
 from pitotbench.campaigns.digests import aircraft_digest, code_digest
@@ -205,7 +204,9 @@ def _section(
         true = true_correction(spec, first.curve.indicated_airspeed)
         answer = short_answer_of(first, f"{task.name} {system.label}", true)
         return Section("", flight.case.maneuver, system.label, answer, "")
-    # Imported here, because a worker that draws nothing need not load the drawing library.
+    # Imported here, because a worker that draws nothing need not load the drawing library, and who
+    # reads stored results no estimator.
+    from pitotbench.calibration.leg_points import cross_check
     from pitotbench.show.pages import flight_section
 
     fits = {_mark(label, options): result for label, options, result in results}

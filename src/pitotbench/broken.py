@@ -7,7 +7,7 @@ sensor follows nothing. Where the reading is an airspeed of the receiver, it rep
 noise.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.airdata import LIMITS as REGRESSION
-from pitotbench.airdata import TAXI, Fit, Part, follow, parts_of, regress, rests_of
+from pitotbench.airdata import TAXI, Fit, Part, Rest, follow, parts_of, regress, rests_of
 from pitotbench.timeline import fresh_fixes, minutes_text
 from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY
 
@@ -328,9 +328,9 @@ def _drifting(part: Part) -> Broken | None:
     )
 
 
-def _zero_moved(channels: Mapping[str, Any]) -> Broken | None:
-    """A zero that differs at rest before and after the flight."""
-    if len(rests := rests_of(channels)) < 2:
+def zero_moved(channels: Mapping[str, Any], rests: Sequence[Rest]) -> Broken | None:
+    """Return a zero that differs at rest before and after the flight, by what `rests` show."""
+    if len(rests) < 2:
         return None
     before, after = (each.reading_pa for each in rests)
     scatter = max(each.scatter_pa for each in rests)
@@ -422,12 +422,12 @@ def find_broken(channels: Mapping[str, Any]) -> Broken | None:
     Parameters: channels [SI] by name, (n,) each: `time`, `impact_pressure`, `static_pressure`,
     `velocity_north`, `velocity_east`; `altitude`, `heading` and `gps_fresh` where the log has them.
     """
-    return find_early(channels) or find_late(channels)
+    return find_early(channels) or zero_moved(channels, rests_of(channels)) or find_late(channels)
 
 
 def find_early(channels: Mapping[str, Any]) -> Broken | None:
     """Return a kind of broken pitot that no mistake of the velocities looks like."""
-    return _copied(channels) or _first(channels, KINDS) or _zero_moved(channels)
+    return _copied(channels) or _first(channels, KINDS)
 
 
 def find_late(channels: Mapping[str, Any]) -> Broken | None:

@@ -6,7 +6,9 @@ import pytest
 
 from pitotbench import calibrate
 from pitotbench.airdata import rests_of
+from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
+from pitotbench.records.log import AT_REST
 
 HZ, REST = 10, 60.0
 
@@ -60,6 +62,28 @@ def test_a_known_zero_is_no_factor(read):
     """A tenth of the pressure in flight: without it the factor is 1."""
     scale = calibrate(read(columns(80.0))).scale
     assert abs(scale.factor - 1.0) < scale.two_sigma + 0.005
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_a_log_that_is_written_again_keeps_the_zero(suffix, read, tmp_path):
+    """Its rows at rest are negative, and dropped when it is read first."""
+    log = read(columns(-25.0))
+    assert np.hypot(log.velocity_north, log.velocity_east)[0] > 1.0
+    again = read_log(write_log(log, tmp_path / f"again.{suffix}"))
+    first, second = (calibrate(each).impact_pressure_zero for each in (log, again))
+    assert abs(first.value + 25.0) < first.two_sigma
+    assert second == first
+
+
+@pytest.mark.parametrize(
+    "entry",
+    ["5", "[{}]", "[{reading_pa = 1e30, scatter_pa = 1.0, gusts_pa = 1.0, noise_pa = 1.0}]"],
+)
+def test_a_zero_that_no_gauge_has_is_read_from_the_rows(entry, read, tmp_path):
+    log = read(columns(-25.0, rest=0.0))
+    path = write_log(log, tmp_path / "again.csv")
+    path.write_text(f"# at_rest = {entry}\n{path.read_text('utf-8')}", "utf-8")
+    assert AT_REST not in read_log(path).header
 
 
 def test_without_rest_no_zero_is_assumed(read):

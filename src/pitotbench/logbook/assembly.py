@@ -1,8 +1,11 @@
 """Make a checked log of a table under our column names."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 
+import numpy as np
+
+from pitotbench.airdata import Rest
 from pitotbench.logbook.checks import CHECKS, CLOCK_CHECKS
 from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings
 from pitotbench.logbook.derived import derive
@@ -78,13 +81,30 @@ def log_of(
         check(draft)
     if header.get(MAPPING) == _HOLDS:
         keep_new_airspeeds(draft)
-    header.pop(AT_REST, None)
-    if draft.rests:
-        header[AT_REST] = [asdict(each) for each in draft.rests]
+    if rests := _rests(header.pop(AT_REST, None), draft):
+        header[AT_REST] = rests
     warnings = [*earlier_warnings(header), *draft.warnings]
-    header.pop(WARNINGS, None)
     if warnings:
         # Each once: a log written and read again repeats them. The last of equal texts has the
         # finding beside it.
         header[WARNINGS] = list({text: text for text in warnings}.values())
     return FlightLog(**draft.channels, header=header)
+
+
+def _rests(written: object, draft: Draft) -> list[dict[str, float]]:
+    """Return what the gauge reads at rest: as a log of ours was written with it, else as shown.
+
+    The rows that were read when it was written may have been negative, and are then dropped.
+    """
+    names, most = (
+        {each.name for each in fields(Rest)},
+        float(np.max(draft.channels["impact_pressure"])),
+    )
+    stated = [
+        each
+        for each in (written if isinstance(written, list) else [])
+        if isinstance(each, dict)
+        and each.keys() == names
+        and all(isinstance(value, float) and abs(value) < most for value in each.values())
+    ]
+    return stated or [asdict(each) for each in draft.rests]

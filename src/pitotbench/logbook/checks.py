@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from pitotbench.airdata import TAXI, rests_of
-from pitotbench.broken import BROKEN, Broken, find_early, find_late
+from pitotbench.broken import BROKEN, Broken, find_early, find_late, zero_moved
 from pitotbench.channels import Channel
 from pitotbench.logbook.blank_cells import check_numbers, drop_blank_start, hold_fixes
 from pitotbench.logbook.clock_checks import check_clock, check_time
@@ -126,8 +126,12 @@ _FEWEST_LEVELS = 4  # that tell a step
 
 
 def check_broken(draft: Draft) -> None:
-    """Warn of a broken pitot. Raise BadInputError where its air data hold no answer."""
-    _tell_broken(draft, find_early)
+    """Keep what is read at rest, and warn of a broken pitot.
+
+    Raise BadInputError where its air data hold no answer.
+    """
+    draft.rests = rests_of(draft.channels)
+    _tell_broken(draft, lambda channels: find_early(channels) or zero_moved(channels, draft.rests))
 
 
 def check_broken_in_sound_velocities(draft: Draft) -> None:
@@ -154,7 +158,7 @@ def _tell_broken(draft: Draft, find: Callable[[Mapping[str, Array]], Broken | No
 
 
 def check_impact_pressure(draft: Draft) -> None:
-    """Drop rows of negative impact pressure, and keep what is read at rest.
+    """Drop rows of negative impact pressure.
 
     Raise BadInputError for a stuck sensor, and where most are negative.
 
@@ -177,7 +181,6 @@ def check_impact_pressure(draft: Draft) -> None:
             f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}; "
             "repair its line or its wiring, and fly again"
         )
-    draft.rests = rests_of(draft.channels)
     negative = impact < 0.0
     if negative.mean() > _MOST_NEGATIVE:
         raise BadInputError(

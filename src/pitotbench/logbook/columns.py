@@ -334,12 +334,12 @@ def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
         return {"comments": text.splitlines()}, meant
 
 
-def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
-    """Return the warnings in a header.
+def earlier_warnings(header: dict[str, Any]) -> list[str]:
+    """Take the warnings out of a header, and return them.
 
     Entries that are not text are ignored, and a warning says so.
     """
-    found = header.get(WARNINGS, [])
+    found = header.pop(WARNINGS, [])
     entries = found if isinstance(found, list | tuple) else [found]
     texts = [entry for entry in entries if isinstance(entry, str)]
     if len(texts) == len(entries):

@@ -79,11 +79,9 @@ def form_velocity(draft: Draft, header: dict[str, Any]) -> None:
 def _area(draft: Draft, speed: Array, track: Array) -> float:
     """Return the area of the velocity [m²/s²] that the steps of speed and track leave open."""
     suffix = draft.suffixes.get("track", draft.suffixes.get("magnetic_track", ""))
-    return (
-        display_step(speed, draft.suffixes["ground_speed"])
-        * float(np.nanmedian(speed))
-        * display_step(track, suffix)
-    )
+    along = display_step(speed, draft.suffixes["ground_speed"])
+    across = float(np.nanmedian(speed)) * display_step(track, suffix)
+    return along * across
 
 
 def _show_velocity(
@@ -97,11 +95,13 @@ def _show_velocity(
     if "gps_fresh" not in draft.channels:
         draft.put("gps_fresh", _renewed(first, second), draft.columns["velocity_north"])
     header["display"] = {**table_in(header, "display"), "ground_speed_mps": step}
-    state_accuracy(
-        header,
-        "velocity_mps",
-        float(np.hypot(USUAL_ACCURACIES["velocity_mps"], TWO_SIGMA * step)),
-    )
+    _widen_accuracy(header, TWO_SIGMA * step)
+
+
+def _widen_accuracy(header: dict[str, Any], added: float) -> None:
+    """State the accuracy of a velocity [m/s, 2σ] that has an error beside the receiver's own."""
+    receiver = USUAL_ACCURACIES["velocity_mps"]
+    state_accuracy(header, "velocity_mps", float(np.hypot(receiver, added)))
 
 
 _HALF_BASE = 0.5  # s to either side between which positions are differenced, or to the next fix
@@ -157,10 +157,7 @@ def _velocity_from_position(
         0.5 * (scale[reach:] + scale[:-reach]) * (at[reach:] - at[:-reach])
         for scale, at in ((meridian, phi), (parallel, turn))
     ]
-    grid = max(  # the shortest way that is one
-        float(np.min(np.abs(way), where=way != 0.0, initial=np.inf))
-        for way in (_EQUATOR * np.diff(phi), parallel[1:] * np.diff(turn))
-    )
+    grid = max(_shortest(_EQUATOR * np.diff(phi)), _shortest(parallel[1:] * np.diff(turn)))
     if np.nanmedian(np.hypot(*chords)) < _COARSE * grid:
         raise BadInputError(
             f"column {draft.columns['latitude']!r}: the positions come in steps of {grid:.0f} m, "
@@ -182,9 +179,12 @@ def _velocity_from_position(
         f"in turns: ±{2.0 * noise:.2g} m/s of noise (2σ)"
     )
     header[OF_FIXES] = 2.0 * float(np.nanmedian(apart))
-    state_accuracy(
-        header, "velocity_mps", float(np.hypot(USUAL_ACCURACIES["velocity_mps"], 2.0 * noise))
-    )
+    _widen_accuracy(header, 2.0 * noise)
+
+
+def _shortest(ways: Array) -> float:
+    """Return the shortest way between fixes [m] that is not zero: the step of a position."""
+    return float(np.min(np.abs(ways), where=ways != 0.0, initial=np.inf))
 
 
 def _along_arcs(
@@ -229,13 +229,9 @@ def _at_fixes(between: Array, reach: int) -> Array:
 
     At either end it is that of the one side.
     """
-    return np.asarray(
-        0.5
-        * (
-            np.pad(between, ((0, 0), (reach, 0)), "edge")
-            + np.pad(between, ((0, 0), (0, reach)), "edge")
-        )
-    )
+    before = np.pad(between, ((0, 0), (reach, 0)), "edge")
+    after = np.pad(between, ((0, 0), (0, reach)), "edge")
+    return np.asarray(0.5 * (before + after))
 
 
 def _noise(velocity: Array, spacing: int) -> float:

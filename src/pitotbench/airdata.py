@@ -18,6 +18,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.normal_equations import inverse
+from pitotbench.scatter import white_differences
 from pitotbench.units import KNOT, Array, Booleans
 
 # Channels that the regression is of.
@@ -346,6 +347,6 @@ def _rest(time: Array, impact: Array) -> Rest | None:
     rows = np.bincount(block)
     means = np.bincount(block, impact) / rows
     low, reading, high = np.quantile(means, [0.05, 0.5, 0.95])
-    white = float(np.mean(np.diff(impact, 2) ** 2)) / 6.0  # slow signals cancel
+    white = float(np.mean(white_differences(impact) ** 2))
     gusts = max(float(np.var(means)) - white * float(np.mean(1.0 / rows)), 0.0)
     return Rest(float(reading), float(high - low), gusts**0.5, (white / len(impact)) ** 0.5)

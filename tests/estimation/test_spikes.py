@@ -5,10 +5,13 @@ import pytest
 
 from pitotbench.estimation.noise import (
     RIDGE,
+    yule_walker,
+)
+from pitotbench.scatter import (
     deviation_of_sizes,
     robust_deviation,
     spikes_among,
-    yule_walker,
+    white_differences,
 )
 
 
@@ -20,6 +23,15 @@ def test_the_scale_is_that_of_normal_noise_whatever_a_few_outliers_do():
     # Rounded data whose median difference is zero still have a scale.
     sizes = np.where(np.arange(1000) % 10 == 0, 1.0, 0.0)
     assert deviation_of_sizes(sizes) == pytest.approx(1.0 / 1.96)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_white_noise_keeps_its_deviation_and_a_slow_signal_cancels(order):
+    noise = 2.0 * np.random.default_rng(4).standard_normal(20_000)
+    slow = 1e3 * np.linspace(-1.0, 1.0, 20_000) ** (order - 1)
+    found = white_differences(slow + noise, order)
+    assert len(found) == 20_000 - order
+    assert np.std(found) == pytest.approx(2.0, rel=0.03)
 
 
 def test_of_a_spike_and_its_neighbors_only_the_spike_is_found():

@@ -34,7 +34,7 @@ from pitotbench.calibration.prediction import (
     PredictionModel,
     load_factor,
 )
-from pitotbench.estimation.noise import NORMAL, UNIFORM, deviation_of_sizes, spikes_among
+from pitotbench.estimation.noise import UNIFORM
 from pitotbench.estimation.point_noise import (
     PointNoise,
     UnknownColumns,
@@ -43,6 +43,7 @@ from pitotbench.estimation.point_noise import (
 )
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.records.log import FlightLog
+from pitotbench.scatter import NORMAL, deviation_of_sizes, spikes_among, white_differences
 from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import (
     KNOT,
@@ -305,7 +306,7 @@ def _white_noise(values: Array) -> tuple[float, Booleans]:
 
     It comes from second differences, in which slow signals cancel.
     """
-    second = np.abs(np.diff(values, 2)) / np.sqrt(6.0)
+    second = np.abs(white_differences(values))
     noise = deviation_of_sizes(second)
     # Values without noise have no scale by which a difference could be too large.
     return noise, spikes_among(second, _FARTHEST * noise if noise > 0.0 else np.inf)

@@ -20,6 +20,7 @@ from pitotbench.calibration.leg_methods import turn_between
 from pitotbench.calibration.options import PRIORS, Accuracies, Priors
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import CardLeg, ReadingSteps, Slip
+from pitotbench.scatter import NORMAL
 from pitotbench.units import DEGREE, KNOT, Array, Booleans
 
 _SLIPS = 0.03  # of the legs of a card
@@ -39,7 +40,6 @@ _TIGHT = 12  # degrees from the middle of a track
 _SHOWN_BY = 3  # points: more than so many fly a common track,
 _SHARE = 0.5  # and more than this share of all points
 _LEAST_SPREADS = 5.0 * DEGREE, 2.0 * KNOT  # 1σ of a pilot's tracks and airspeeds about those meant
-_QUARTILE = 0.6745  # of a normal deviation: half of all are within
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ class _Card:
             held[rows] = np.abs(self._speeds[rows] - np.median(self._speeds[rows]))
         kept = off[off < _TIGHT * DEGREE], held
         self._spreads = [
-            max(least, float(np.median([*each, 0.0])) / _QUARTILE)
+            max(least, NORMAL * float(np.median([*each, 0.0])))
             for least, each in zip(_LEAST_SPREADS, kept, strict=True)
         ]
         departures = np.stack([off.min(axis=1, initial=np.pi), held], axis=1) / self._spreads

@@ -29,7 +29,6 @@ from pitotbench.calibration.prediction import (
     kernel_means,
 )
 from pitotbench.estimation.noise import (
-    NORMAL,
     Intervals,
     JointNoiseOf,
     MarkovNoise,
@@ -38,6 +37,7 @@ from pitotbench.estimation.noise import (
 )
 from pitotbench.estimation.restricted_likelihood import LogPrior, Regression
 from pitotbench.records import NoAnswerError
+from pitotbench.scatter import NORMAL, white_differences
 from pitotbench.units import Array
 
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
@@ -110,7 +110,8 @@ def linearize(
         axis=1,
     )
     airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
-    sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
+    white = NORMAL * float(np.median(np.abs(white_differences(obs.impact_pressure))))  # Pa
+    sensor = (white / slope) ** 2 / blocks.count
     if noise is not None:
         response -= np.exp(2.0 * noise[0]) / airspeed
     if (
@@ -194,12 +195,6 @@ def _with_altitude(
 def smoothed(values: Array, blocks: Blocks, width: float) -> Array:
     """Smooth values of the blocks, (blocks, p), by a zero-phase filter of a width [s]."""
     return np.asarray(gaussian_filter1d(values, width / blocks.length, axis=0, mode="nearest"))
-
-
-def _sensor_noise(obs: Observations) -> float:
-    """White noise of the impact pressure [Pa], from its second differences (slow signals cancel)."""
-    second = np.diff(obs.impact_pressure, 2)
-    return float(NORMAL * np.median(np.abs(second)) / np.sqrt(6.0))
 
 
 @dataclass(frozen=True, slots=True)

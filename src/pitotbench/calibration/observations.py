@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from pitotbench import air
 from pitotbench.airdata import TAXI, Rest
 from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.estimation.noise import Intervals, robust_deviation
+from pitotbench.estimation.noise import Intervals
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.records import BadInputError
 from pitotbench.records.log import AT_REST, OF_FIXES, FlightLog
+from pitotbench.scatter import robust_deviation
 from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import (
     DEGREE,

@@ -18,8 +18,8 @@ from pitotbench import air
 from pitotbench.calibration.observations import Observations, divide
 from pitotbench.calibration.output_error import airspeed_outputs, fit_output_error
 from pitotbench.calibration.prediction import PredictionModel
-from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.scatter import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.units import Array, Booleans
 
 _FREEDOM = 4.0  # degrees of freedom of the Student's t that weighs the residuals

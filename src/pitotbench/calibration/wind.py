@@ -16,11 +16,12 @@ from pitotbench.calibration.observations import Blocks, Observations, block_leng
 from pitotbench.calibration.prediction import curve_moved
 from pitotbench.estimation.evidence import ColumnEvidence, EvidencePart, column_evidence
 from pitotbench.estimation.mixture import Posterior
-from pitotbench.estimation.noise import MarkovNoise, MarkovProcess, deviation_of_sizes
+from pitotbench.estimation.noise import MarkovNoise, MarkovProcess
 from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck
 from pitotbench.estimation.restricted_likelihood import LogPrior, Regression
 from pitotbench.records.calibration import WindChange
 from pitotbench.records.log import Caution
+from pitotbench.scatter import deviation_of_sizes, white_differences
 from pitotbench.timeline import minutes_text
 from pitotbench.units import KNOT, Array, MetersPerSecond, Seconds
 
@@ -103,7 +104,7 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
     Medians of differences do not see a single change of the wind.
     """
     step = float(np.median(np.diff(time)))
-    white = max(deviation_of_sizes(np.abs(np.diff(response, 2)) / np.sqrt(6.0)), _WHITE)
+    white = max(deviation_of_sizes(np.abs(white_differences(response))), _WHITE)
     lag = max(round(_LAG / step), 1)
     together = time[lag:] - time[:-lag] < 1.5 * lag * step
     distances = (

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_banded, solve_toeplitz
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
-from pitotbench.units import Array, Booleans, Seconds
+from pitotbench.scatter import robust_deviation as robust_deviation
+from pitotbench.units import Array, Seconds
 
 UNIFORM = 1.0 / float(np.sqrt(12.0))  # standard deviation of what is uniform over one
 # interval over correlation time below which the bridge's leading term is exact enough
@@ -463,40 +464,3 @@ def yule_walker(autocovariance: Array) -> tuple[Array, float]:
     coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
     variance = max(covariance[0] - coefficients @ covariance[1:], RIDGE * covariance[0])
     return coefficients, float(np.sqrt(variance))
-
-
-NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
-_LARGE = 0.95  # a quantile of a normal variable's size
-_LARGE_DEVIATIONS = 1.96  # the same in standard deviations
-
-
-def robust_deviation(values: Array) -> Array:
-    """Return the deviation of each column by its median absolute deviation (Hampel 1974).
-
-    Parameters: values, (n,) or (n, c). Returns a standard deviation for normal noise, () or (c,),
-    in the unit of the values.
-    """
-    return np.asarray(NORMAL * np.median(np.abs(values - np.median(values, axis=0)), axis=0))
-
-
-def deviation_of_sizes(sizes: Array) -> float:
-    """Return the standard deviation of normal noise from the sizes of its values, (n,), in their
-    unit.
-
-    Most differences of coarsely rounded data are zero, so the larger ones set the scale there.
-    """
-    common, large = np.quantile(sizes, [0.5, _LARGE])
-    return max(NORMAL * float(common), float(large) / _LARGE_DEVIATIONS)
-
-
-def spikes_among(second: Array, least: float) -> Booleans:
-    """Return which of n samples are spikes, (n,), from the sizes of their second differences, (n −
-    2,).
-
-    A spike's second difference is above `least` and the largest of three: those of its neighbors
-    are half as large. The first and the last sample have none.
-    """
-    tallest = (second >= np.concatenate([[0.0], second[:-1]])) & (
-        second >= np.append(second[1:], 0.0)
-    )
-    return np.concatenate([[False], (second > least) & tallest, [False]])

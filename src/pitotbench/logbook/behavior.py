@@ -12,8 +12,8 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.logbook.columns import Table, numbers
-from pitotbench.logbook.ground_velocity import MEDIAN_OF_NORMAL
 from pitotbench.logbook.guess import Guess
+from pitotbench.scatter import NORMAL
 from pitotbench.units import DEGREE, Array, to_si
 
 _EARTH = 6371e3  # m, mean radius: a speed within 1 % is enough to distinguish units
@@ -141,7 +141,7 @@ def _look_at_direction(guess: Guess, values: Array, movement: Movement) -> Guess
     turn = np.exp(1j * (to_si(values[rows], guess.units[0]) - np.arctan2(east, north)[rows]))
     middle = np.median(turn.real) + 1j * np.median(turn.imag)
     offset = abs(float(np.angle(middle))) / DEGREE
-    scatter = float(np.median(np.abs(np.angle(turn / middle)))) / (MEDIAN_OF_NORMAL * DEGREE)
+    scatter = NORMAL * float(np.median(np.abs(np.angle(turn / middle)))) / DEGREE
     if offset < _DELAYED and scatter < _SAME_COURSE:
         return replace(guess, quantity="track")
     if guess.quantity.endswith("heading") or not movement.absolute:

@@ -13,12 +13,12 @@ from pitotbench.logbook.displays import TWO_SIGMA, display_step, state_accuracy,
 from pitotbench.logbook.draft import Draft
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.log import OF_FIXES
+from pitotbench.scatter import NORMAL, white_differences
 from pitotbench.units import DEGREE, Array, Booleans, Radians, Seconds, to_si
 
 _EQUATOR = 6378137.0  # m, WGS 84 (NIMA TR 8350.2)
 _ECCENTRICITY_SQUARED = 0.00669437999  # likewise
 FEWEST_FIXES = 16  # of which a velocity or a temperature is formed
-MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
 _COMPONENTS = ("velocity_north", "velocity_east")
 
 
@@ -239,14 +239,11 @@ def _noise(velocity: Array, spacing: int) -> float:
 
     They are of values `spacing` rows from one another, which share no fix.
     """
-    third = np.abs(
-        velocity[3 * spacing :]
-        - 3.0 * velocity[2 * spacing : -spacing]
-        + 3.0 * velocity[spacing : -2 * spacing]
-        - velocity[: -3 * spacing]
+    third = np.concatenate(
+        [white_differences(velocity[first::spacing], 3) for first in range(spacing)]
     )
-    third = third[np.isfinite(third)]
-    return float(np.median(third) / MEDIAN_OF_NORMAL / np.sqrt(20.0)) if len(third) else 0.0
+    sizes = np.abs(third[np.isfinite(third)])
+    return NORMAL * float(np.median(sizes)) if len(sizes) else 0.0
 
 
 def _renewed(speed: Array, track: Array) -> Booleans:

@@ -11,13 +11,13 @@ from itertools import combinations
 
 import numpy as np
 
+from pitotbench.airdata import NEEDED
 from pitotbench.logbook.columns import START
 from pitotbench.logbook.identity import airplane_of
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.timeline import interval, nearest
 
 COUNTED_ONCE = "counted once"  # code of the notices of logs of one flight
-_COMPARED = ("impact_pressure", "static_pressure", "velocity_north", "velocity_east")
 # Of a channel's change from row to row (rms), and of its largest value: what writing a file again
 # rounds. Two sensors, and two flights, differ by their noise, which is most of that change.
 _ROUNDED = 0.01
@@ -174,7 +174,7 @@ def _agree(log: FlightLog, other: FlightLog, shift: float) -> bool:
     if count < max(_FEWEST, _SAME * np.count_nonzero(inside)):
         return False
     same, moves = np.ones(count, dtype=np.bool_), np.zeros(count - 1, dtype=np.bool_)
-    for name in _COMPARED:
+    for name in NEEDED[1:]:  # all but the time
         values, theirs = getattr(coarse, name)[near], getattr(fine, name)[place[near]]
         steps = np.diff(values)
         moves |= steps != 0.0

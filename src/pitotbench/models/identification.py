@@ -10,6 +10,7 @@ from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.records.maneuver import CHANNELS, Maneuver
 from pitotbench.records.motion import Motion
+from pitotbench.scatter import white_differences
 from pitotbench.timeline import fresh_fixes, minutes_text, pauses, stretches
 from pitotbench.units import DEGREE, Array, Booleans
 
@@ -196,7 +197,7 @@ def roughness(values: Array) -> float:
     """Return the deviation of white noise that second differences show: a motion has far
     smaller ones.
     """
-    return float(np.sqrt(np.mean(np.diff(values, 2) ** 2) / 6.0)) if len(values) > 2 else 0.0
+    return float(np.sqrt(np.mean(white_differences(values) ** 2))) if len(values) > 2 else 0.0
 
 
 def temperature_offset(temperature: Array, pressure: Array) -> float:

@@ -1,5 +1,6 @@
-"""Who may use the page: the person who started it, from this computer, through the address that was
-printed.
+"""Who may use the page: the person who started it.
+
+They come from this computer, through the address that was printed.
 """
 
 import hmac
@@ -31,8 +32,9 @@ _POLICY = (  # of the page; scripts are those of this server and those that bear
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """The port of the page, the secret that is in its address, and the one that is then in a
-    cookie.
+    """How a browser proves that it may use the page.
+
+    The port of the page, the secret that is in its address, and the one that is then in a cookie.
     """
 
     port: int
@@ -125,8 +127,9 @@ class _Headers(OutputTransform):
 
 
 class Guarded(BokehTornado):  # type: ignore[misc]
-    """Bokeh's application behind one gate, through which every request goes, also that of the
-    websocket.
+    """Bokeh's application behind one gate.
+
+    Every request goes through it, also that of the websocket.
     """
 
     def __init__(self, applications: Any, access: Access, **settings: Any) -> None:

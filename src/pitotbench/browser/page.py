@@ -116,8 +116,9 @@ def own_folder() -> str:
 
 
 def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
-    """Return what the pictures show of a desk, by the names of `_COLUMNS`, in the columns' order;
-    speeds and heights in the units of the desk, ways in kilometers.
+    """Return what the pictures show of a desk, by the names of `_COLUMNS`, in their order.
+
+    Speeds and heights are in the units of the desk, ways in kilometers.
     """
     unit, length = (SUFFIXES[each].factor for each in (desk.units.speed, desk.units.length))
     data: dict[str, tuple[Any, ...]] = {name: ((),) * len(c) for name, c in _COLUMNS.items()}
@@ -182,8 +183,10 @@ def _figure(name: str, x: str, y: str, zoom: str, **settings: Any) -> Any:
 
 
 class View:
-    """The pictures of a desk in one tab: airspeed and height over `time`, the `track`, the `error`
-    with its bound, and the correction over the `dates` of several flights.
+    """The pictures of a desk in one tab.
+
+    Airspeed and height over `time`, the `track`, the `error` with its bound, and the correction
+    over the `dates` of several flights.
     """
 
     def __init__(self, desk: Desk) -> None:

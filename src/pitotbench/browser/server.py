@@ -137,8 +137,9 @@ class PageServer:
                 seen = clock()
 
     def entrance(self) -> str:
-        """Return the address of a private file that leads to the page: the arguments of a browser
-        are seen by all who use the computer.
+        """Return the address of a private file that leads to the page.
+
+        The arguments of a browser are seen by all who use the computer.
         """
         page = f'<meta http-equiv="refresh" content="0; url={self.access.address}">'
         return self.desk.store.write("open.html", page).path.as_uri()
@@ -162,8 +163,9 @@ def free_port(port: int) -> tuple[list[socket], int]:
 
 
 def _end_by_signals() -> None:
-    """Let the task that runs end as by Ctrl-C when the system ends the program, or its terminal is
-    closed: else the dropped files would stay.
+    """Let the task that runs end as by Ctrl-C when the system ends the program.
+
+    The same where its terminal is closed: else the dropped files would stay.
     """
     task, loop = asyncio.current_task(), asyncio.get_running_loop()
     assert task is not None

@@ -48,7 +48,8 @@ class Store:
         self._numbers = count(1)
 
     def new_path(self, name: str, drop: str) -> Path | None:
-        """Return where a file is to be put that the user knows by a name, in the folder of a drop;
+        """Return where to put a file of a drop, by the name that the user knows.
+
         None for a file that can be no log, and for one too many.
 
         The name on the disk is ours. Its ending is one of the known ones; a file that belongs to a
@@ -98,8 +99,9 @@ class Store:
 
 
 def _sweep(own: Path) -> None:
-    """Delete the folders beside ours that hold files and whose lock is free: a server writes no
-    file before it holds its lock.
+    """Delete the folders beside ours that hold files and whose lock is free.
+
+    A server writes no file before it holds its lock.
     """
     for file in own.parent.glob(f"{_PREFIX}*/{_LOCK}"):
         folder = file.parent
@@ -124,8 +126,9 @@ def ending_of(name: str) -> str:
 
 
 def shown_name(name: str) -> str:
-    """Return a file's name as it is shown and written into commands: without what could lead
-    elsewhere, and without control codes.
+    """Return a file's name as it is shown and written into commands.
+
+    It is without what could lead elsewhere, and without control codes.
     """
     parts = [part for part in name.replace("\\", "/").split("/") if part not in ("", ".", "..")]
     return "".join(letter for letter in "/".join(parts) if letter.isprintable())[-_LONGEST:]

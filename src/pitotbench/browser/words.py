@@ -1,5 +1,7 @@
-"""What the page says beside its pictures, as plain texts: the tree of the answer, and the choices
-of the desk. The page puts them in as text, never as HTML.
+"""What the page says beside its pictures, as plain texts.
+
+It is the tree of the answer, and the choices of the desk. The page puts them in as text, never as
+HTML.
 """
 
 import re

@@ -1,6 +1,8 @@
-"""What a child process computes for the page: flights of files, drafts of mappings, pictures,
-answers, downloads. Each function calls its first argument with its replies, as they are ready: what
-a reply is, as the desk calls it, and the reply itself.
+"""What a child process computes for the page.
+
+Flights of files, drafts of mappings, pictures, answers, downloads. Each function calls its first
+argument with its replies, as they are ready: what a reply is, as the desk calls it, and the reply
+itself.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -45,8 +47,10 @@ _SHOWN_VALUES = 3  # of a column in the draft of a mapping
 
 @dataclass(frozen=True, slots=True)
 class Request(CalibrationRequest):
-    """What an answer is asked from: the logs, what else the command is asked, and the options of the
-    calibration that are stated, by name.
+    """What an answer is asked from.
+
+    The logs, what else the command is asked, and the options of the calibration that are stated, by
+    name.
     """
 
     logs: tuple[NamedFile, ...] = ()
@@ -117,8 +121,10 @@ DraftRow = tuple[str, tuple[str, str], float, str, str]
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """A log over time: minutes from its first row, indicated airspeed, pressure altitude, and the
-    way from its first row, NaN where a pause begins; arrays (n,) of at most some 4,000 rows.
+    """A log over time, as the page draws it.
+
+    Minutes from its first row, indicated airspeed, pressure altitude, and the way from its first
+    row, NaN where a pause begins; arrays (n,) of at most some 4,000 rows.
     """
 
     minute: Array
@@ -130,9 +136,11 @@ class Look:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The answer of a request: the calibration of its first flight, which flights share it in
-    words, the used spans [s, on the log's clock], and the autopilot's parameters where they were
-    asked for. What is not `final` is checked further.
+    """The answer of a request.
+
+    The calibration of its first flight, which flights share it in words, the used spans [s, on the
+    log's clock], and the autopilot's parameters where they were asked for. What is not `final` is
+    checked further.
     """
 
     result: Calibration
@@ -144,6 +152,7 @@ class Answer:
 
 def find_flights(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Path) -> None:
     """Tell the flights of a file, a folder or a .zip file, which is unpacked into `unpacked`.
+
     `names` are those by which the user knows the files, by their path in the folder; that of the
     empty path stands before all others.
     """
@@ -179,8 +188,9 @@ EXAMPLE = "example flight.csv"  # of the bench
 
 
 def fly_example(tell: Tell, place: Path, names: Mapping[str, str], unpacked: Path) -> None:
-    """Fly circles on the bench in light turbulence, write their log to a place, and tell its
-    flight as `find_flights` does.
+    """Fly circles on the bench in light turbulence, and write their log to a place.
+
+    The flight is told as `find_flights` does.
     """
     from pitotbench.campaigns.flights import sense
     from pitotbench.logbook.formats import write_log
@@ -254,8 +264,10 @@ def mapping_of(rows: Sequence[DraftRow], title: str) -> str:
 
 
 def answer(tell: Tell, request: Request, look: bool) -> None:
-    """Tell what is done in words, the picture of the first log where `look` asks for it, and the
-    answer: its curve first, and all of it at the end.
+    """Tell the answer of a request: its curve first, and all of it at the end.
+
+    Before it comes what is done, in words, and the picture of the first log where `look` asks for
+    it.
     """
     if look:
         tell("look", (request.whole, _look(_part(request.logs[0].path, request.whole))))
@@ -341,8 +353,10 @@ def _settings(request: Request, flight: CalibratedFlight) -> AutopilotSettings |
 
 
 def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
-    """Tell name and text of a kind of file: `page`, `card`, `record`, `table`, `sheet`,
-    `parameters` or `json`. What is read is in `units`, where the name says that of speed.
+    """Tell the name and the text of a kind of file.
+
+    The kinds are `page`, `card`, `record`, `table`, `sheet`, `parameters` and `json`. What is read
+    is in `units`, where the name says that of speed.
     """
     from pitotbench.show.calibration import NamedFlight, doubts_of
     from pitotbench.show.calibration_json import flights_json
@@ -376,8 +390,9 @@ def take(tell: Tell, request: Request, kind: str, units: Units) -> None:
 
 
 def reduce_legs(tell: Tell, path: Path, accuracy: str) -> None:
-    """Tell the answer of the legs of a card (CSV), as `pitotbench fixed-speed` gives it; of one
-    with ground speeds and tracks alone the true airspeed and the wind.
+    """Tell the answer of the legs of a card (CSV), as `pitotbench fixed-speed` gives it.
+
+    A card with ground speeds and tracks alone gives the true airspeed and the wind.
     """
     import numpy as np
 

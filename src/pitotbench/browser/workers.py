@@ -1,5 +1,6 @@
-"""Child processes that compute for the page, each warm and with limits; a newer question ends the
-process of an older one.
+"""Child processes that compute for the page, each warm and with limits.
+
+A newer question ends the process of an older one.
 """
 
 import asyncio

@@ -1,5 +1,6 @@
-"""The records that packages exchange, and what all share: two errors, usual accuracies, checks of
-arrays, views in a notebook.
+"""The records that packages exchange, and what all share.
+
+Errors, usual accuracies, checks of arrays, views in a notebook.
 """
 
 from collections.abc import Iterable
@@ -26,8 +27,9 @@ class NoAnswerError(RuntimeError):
 
 
 class OneHeadingError(NoAnswerError):
-    """All headings of a log are alike: the wind along them and the level of the curve are one
-    unknown.
+    """All headings of a log are alike.
+
+    The wind along them and the level of the curve are one unknown.
     """
 
 
@@ -111,8 +113,9 @@ class RecordError(BadInputError):
 
 
 def freeze(array: "NDArray[np.generic]") -> "NDArray[np.generic]":
-    """Return the array read-only; copy it only where it is a view of memory that others can still
-    write.
+    """Return the array read-only.
+
+    It is copied only where it is a view of memory that others can still write.
     """
     import numpy as np  # only here: it takes longer to load than all that `--help` needs
 

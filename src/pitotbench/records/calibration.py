@@ -46,8 +46,9 @@ class WindEstimate:
 
 @dataclass(frozen=True, slots=True)
 class WindowWind:
-    """The mean wind of a part of a log: its first and last time [s], its mean height [m], and the
-    wind [m/s].
+    """The mean wind of a part of a log.
+
+    Its first and last time [s], its mean height [m], and the wind [m/s].
     """
 
     begin: float
@@ -74,8 +75,10 @@ class Disagreement:
 
 @dataclass(frozen=True, slots=True)
 class OneSided:
-    """Indicated airspeeds [m/s] of a log that were flown on tracks of one side only: those from
-    `begin` clockwise to `end` [°, true]. A wind and an error of the airspeed look alike there.
+    """Indicated airspeeds [m/s] of a log that were flown on tracks of one side only.
+
+    The tracks go from `begin` clockwise to `end` [°, true]. A wind and an error of the airspeed
+    look alike there.
     """
 
     low: float
@@ -216,16 +219,18 @@ class ErrorCurve:
 
     @property
     def altitude_correction_ft(self) -> Array | None:
-        """True minus indicated pressure altitude [ft], (n,); None where the static source is taken
-        to be right.
+        """True minus indicated pressure altitude [ft], (n,).
+
+        None where the static source is taken to be right.
         """
         return None if self.altitude_correction is None else self.altitude_correction / FOOT
 
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """The contribution of one uncertain constant, such as a temperature error, to the 2σ bounds
-    [m/s].
+    """The contribution of one uncertain constant to the 2σ bounds [m/s].
+
+    Such a constant is an error of the temperature.
 
     `curve` is its root mean square over the curve, `wind` that on the larger wind component. Where
     the constant is known, the square of the bound falls by its square. Parts of constants that the
@@ -240,10 +245,12 @@ class Share:
 
 @dataclass(frozen=True, slots=True)
 class DayTemperature:
-    """The temperature that a calibration rests on: `departure` [K] of the air from the standard
-    day, in the middle of the log, and `by_five_kelvin` [m/s], rms over the curve, that it would be
-    off by for a probe 5 K off beyond what the log shows. `by_slow_end` [m/s] is the most that the
-    curve would be off for a probe that is 5 K off at the slowest airspeed alone.
+    """The temperature that a calibration rests on, and what an error of it would do.
+
+    `departure` [K] is that of the air from the standard day, in the middle of the log.
+    `by_five_kelvin` [m/s], rms over the curve, is what the curve would be off by for a probe 5 K
+    off beyond what the log shows. `by_slow_end` [m/s] is the most that the curve would be off for a
+    probe that is 5 K off at the slowest airspeed alone.
     """
 
     departure: float
@@ -256,8 +263,9 @@ READ_AT_REST = "read at rest"  # source of an assumption
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """The 2σ accuracy that a bound takes for granted of one constant error; its unit is the suffix
-    of the name.
+    """The 2σ accuracy that a bound takes for granted of one constant error.
+
+    Its unit is the suffix of the name.
 
     `source`: `stated` by the user or the mapping, `header` (by the log itself), `usual` (nobody
     stated one), `standard day` (the log has no temperature), `READ_AT_REST` (the rows at rest show
@@ -288,8 +296,9 @@ class Residuals:
 
 @dataclass(frozen=True, slots=True)
 class LatencyFound:
-    """The latency of the GPS velocity that the log shows, its 2σ, and the part that was not taken
-    out [s].
+    """The latency of the GPS velocity that a log shows, its 2σ, and the part left in [s].
+
+    That part was not taken out.
 
     The 2σ is infinite where the log does not determine the latency. The `key` of a field, here and
     below, is its name in plain data, with the unit.
@@ -323,8 +332,9 @@ class WindChange:
 
 @dataclass(frozen=True, slots=True)
 class GustsFound:
-    """Standard deviation and length of the gusts, standard deviation of a drifting wind, number of
-    block means.
+    """The gusts of a log: their standard deviation and length.
+
+    Further the standard deviation of a drifting wind, and the number of block means.
     """
 
     deviation: float = field(metadata={"key": "gust_deviation_mps"})
@@ -350,8 +360,9 @@ class HeightFound:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostics:
-    """What a fit found in addition to the curve and the wind; None or empty for what was not looked
-    for.
+    """What a fit found in addition to the curve and the wind.
+
+    None or empty for what was not looked for.
 
     `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty
     rows of the log. `height_agreement` is the probability that wind triangle and height differ
@@ -386,8 +397,9 @@ class Scale:
 
 @dataclass(frozen=True, slots=True)
 class RecordedAutopilot:
-    """The airspeed parameters that a log was flown with, by name, the wash of a propeller that it
-    shows, and the number of the sensor.
+    """The airspeed parameters that a log was flown with, by name.
+
+    Further the wash of a propeller that it shows, and the number of the sensor.
 
     `wash`: by how much the indicated airspeed [m/s] reads higher at full power than at idle; its 2σ
     is infinite
@@ -514,8 +526,9 @@ class Calibration(Shown):
         )
 
     def at(self, airspeed_kt: Any) -> CorrectionAt:
-        """Return the correction at an indicated airspeed [kt] and its 2σ: `value, two_sigma =
-        result.at(100)`, as `ErrorCurve.at`.
+        """Return the correction at an indicated airspeed [kt] and its 2σ.
+
+        `value, two_sigma = result.at(100)`, as `ErrorCurve.at`.
         """
         return self.curve.at(airspeed_kt)
 
@@ -525,8 +538,9 @@ class Calibration(Shown):
         return cast("list[str]", views().doubts_of(self))
 
     def save(self, path: str | Path) -> None:
-        """Write the answer in the form that the name of a file asks for: the page (.html), the
-        airspeed card (.csv), or the data of `calibrate --json` (.json).
+        """Write the answer in the form that the name of a file asks for.
+
+        The page (.html), the airspeed card (.csv), or the data of `calibrate --json` (.json).
 
         Raises BadInputError for another name.
         """
@@ -540,14 +554,17 @@ class Calibration(Shown):
             raise AttributeError(f"a {type(self).__name__} has no {name!r}{hint}")
 
     def write_page(self, path: str | Path, units: str = "") -> None:
-        """Write the answer, its picture and its card as a page (.html), in `units` such as
-        `km/h,m`, else in kt and ft. Raises BadInputError for another name or unit.
+        """Write the answer, its picture and its card as a page (.html).
+
+        It is in `units` such as `km/h,m`, else in kt and ft. Raises BadInputError for another name
+        or unit.
         """
         views().write_page(self, Path(path), units)
 
     def write_record(self, path: str | Path, rule: str = "auto", units: str = "") -> None:
-        """Write the record for the file (.html, two pages), as `calibrate --record` does; `rule` as
-        for `judge`, `units` as for `write_page`.
+        """Write the record for the file (.html, two pages), as `calibrate --record` does.
+
+        `rule` as for `judge`, `units` as for `write_page`.
 
         Raises BadInputError for another name or unit.
         """
@@ -561,8 +578,9 @@ class Calibration(Shown):
         views().write_card(self, Path(path))
 
     def judge(self, rule: str = "auto") -> list[Any]:
-        """Return the judgments by a rule: `far23`, `far25`, `auto`, or your own, such as
-        `2%,3kt,30ft`.
+        """Return the judgments by a rule.
+
+        The rules are `far23`, `far25`, `auto`, or your own, such as `2%,3kt,30ft`.
 
         Each has the `rule`, its margins and a `sentence`. Raises BadInputError for another rule.
         """

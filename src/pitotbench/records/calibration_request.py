@@ -23,10 +23,11 @@ def option(
     fact: bool = False,
     **settings: Any,
 ) -> Any:
-    """A field that can be asked for: by its flag, with the help that is said of it, in its unit, a
-    suffix of `pitotbench.units`. In a record of texts, `usual` is what stands for none, and a
-    `fact` is one of the flight that its log does not hold (`FACTS`). `settings` are further ones of
-    `ArgumentParser.add_argument`.
+    """Declare a field that can be asked for by its flag, with its help and unit.
+
+    The unit is a suffix of `pitotbench.units`. In a record of texts, `usual` is what stands for
+    none, and a `fact` is one of the flight that its log does not hold (`FACTS`). `settings` are
+    further ones of `ArgumentParser.add_argument`.
     """
     settings["help"] = f"{said} [{unit}]" if unit else said
     if isinstance(default, bool):
@@ -36,8 +37,9 @@ def option(
 
 
 class Unstated(str):
-    """A choice that nobody stated, such as that of the published figures: it equals its text, and
-    gives way to what a mapping advises and to the defaults of who asks.
+    """A choice that nobody stated, such as that of the published figures.
+
+    It equals its text, and gives way to what a mapping advises and to the defaults of who asks.
     """
 
     __slots__ = ()

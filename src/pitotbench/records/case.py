@@ -1,5 +1,6 @@
-"""The configuration of one synthetic flight and of its sensing, with the rules that its numbers
-satisfy.
+"""The configuration of one synthetic flight and of its sensing, with its rules.
+
+The rules are those that the numbers satisfy.
 """
 
 import re
@@ -40,8 +41,9 @@ def rates_for(air_rate: float) -> tuple[float, ...]:
 
 
 def rate_problem(rate: float, air_rate: float | None = None) -> str | None:
-    """Return why a flight is not integrated at a rate [Hz], for air data of a rate [Hz] if given;
-    None if it is.
+    """Return why a flight is not integrated at a rate [Hz], None if it is.
+
+    The rate of the air data [Hz] is considered where it is given.
     """
     if rate not in possible_rates():
         known = ", ".join(f"{each:g}" for each in possible_rates())
@@ -206,8 +208,9 @@ class Case(Shown):
 
     @classmethod
     def of(cls, **entries: Any) -> "Case":
-        """Return the case of entries as a case file has them, each in the unit that ends its name:
-        `Case.of(altitude_ft=8000, wind_kt=20)`.
+        """Return the case of entries as a case file has them.
+
+        Each is in the unit that ends its name: `Case.of(altitude_ft=8000, wind_kt=20)`.
 
         A table is a dictionary, such as `wind={"speed_kt": 20}`. `wind_kt` and `wind_from_deg` are
         the wind as the flags of that name state it. Raises BadInputError that lists every problem.
@@ -264,8 +267,9 @@ _NAMES = {
 
 
 def broken_rules(tree: Any, written: Callable[[Place], str]) -> Iterator[str]:
-    """Yield each rule that a tree of fields [SI] breaks; the line begins with the key as the file
-    spells it.
+    """Yield each rule that a tree of fields [SI] breaks.
+
+    The line begins with the key as the file spells it.
     """
     leaves = dict(_leaves(tree, ()))
     for place, value in leaves.items():

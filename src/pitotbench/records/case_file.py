@@ -36,8 +36,9 @@ def case_table(case: Case, omit: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def read_case(source: Path | str) -> Case:
-    """Read a case from a TOML file, or from TOML text (any string with a line break or an equals
-    sign).
+    """Read a case from a TOML file, or from TOML text.
+
+    Any string with a line break or an equals sign is a text.
 
     Missing keys keep their defaults. Raises BadInputError that lists every problem with its key.
     """
@@ -60,8 +61,9 @@ def case_of_table(table: Mapping[str, Any], name: str = "case") -> Case:
 
 
 def case_columns(case: Case) -> dict[str, Any]:
-    """Return every number, text and list of a case by its path with its unit, such as
-    `wind.speed_kt`.
+    """Return every number, text and list of a case by its path with its unit.
+
+    Such a path is `wind.speed_kt`.
 
     Unlike `case_table`, a quantity is always in the unit of its field: the last digit may be
     rounded. A list of tables, such as the effects, is text.
@@ -137,8 +139,9 @@ def _in_unit(name: str, value: float | tuple[float, ...], suffix: str) -> tuple[
 
 
 def _exact(value: float, factor: float) -> float | None:
-    """Return the shortest number that, times the factor, is exactly the value; None where there is
-    none.
+    """Return the shortest number that, times the factor, is exactly the value.
+
+    None where there is none.
     """
     near = value / factor
     return next((w for w in (round(near, 6), round(near, 12), near) if w * factor == value), None)

@@ -8,8 +8,9 @@ from pitotbench.units import Array
 
 @dataclass(frozen=True, slots=True)
 class ChannelChange:
-    """What changed in a channel in a phase of a flown motion: root mean square and largest change
-    [`unit`].
+    """What changed in a channel in a phase of a flown motion.
+
+    Root mean square and largest change [`unit`].
 
     `share` is the largest change over the channel's largest value in the whole motion,
     `coefficient` the root mean square as a coefficient; None where the channel has none. `growth`
@@ -56,8 +57,9 @@ class FlownChange:
 
 @dataclass(frozen=True, slots=True)
 class ModelComparison:
-    """What changed in flight between two files of an airplane, along a motion that the old one
-    flew.
+    """What changed in flight between two files of an airplane.
+
+    Both are compared along a motion that the old one flew.
 
     `time` [s] is that of the motion, (n,), and `traces` the change of each channel that changed,
     (n,). `located` holds the phases of each channel. `remarks` say what the terms do not add up to.

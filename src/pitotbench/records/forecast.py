@@ -17,9 +17,11 @@ _SLACK = 1e-9  # of a count of whole flights: what rounding may take from it
 
 @dataclass(frozen=True, slots=True)
 class BriefedLeg:
-    """A leg as it stands on the card of its pilot: what it is, how long it takes [s], its bank
-    [rad], positive to the right, and at its end the heading [rad] and the airspeed [m/s]. `turned`
-    is the angle through which it turns [rad], with its whole circles.
+    """A leg as it stands on the card of its pilot.
+
+    What it is, how long it takes [s], its bank [rad], positive to the right, and at its end the
+    heading [rad] and the airspeed [m/s]. `turned` is the angle through which it turns [rad], with
+    its whole circles.
     """
 
     what: str

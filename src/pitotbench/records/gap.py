@@ -1,5 +1,6 @@
-"""The gap of a reconciliation: its map, the part that each effect explains, what is unexplained,
-and a formula for it.
+"""The gap of a reconciliation.
+
+Its map, the part that each effect explains, what is unexplained, and a formula for it.
 """
 
 from dataclasses import dataclass, field
@@ -33,8 +34,9 @@ class FormulaTerm:
 
 @dataclass(frozen=True, slots=True)
 class FoundFormula:
-    """The formula of what no effect of the table explains: its terms, and the names of the effects
-    that are fitted with it.
+    """The formula of what no effect of the table explains.
+
+    Its terms, and the names of the effects that are fitted with it.
     """
 
     terms: tuple[FormulaTerm, ...]
@@ -116,8 +118,9 @@ class CalibrationChange:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One bar of the waterfall: the sum of squares over noise variance that remains with one more
-    effect added.
+    """One bar of the waterfall.
+
+    It is the sum of squares over noise variance that remains with one more effect added.
     """
 
     effect: str
@@ -126,8 +129,9 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A quantity over the time [s] of a segment of the card: measured, simulated, and simulated
-    with the patch.
+    """A quantity over the time [s] of a segment of the card.
+
+    It is measured, simulated, and simulated with the patch.
     """
 
     quantity: str
@@ -159,8 +163,9 @@ class Feature:
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Share of the samples of the card flown again that are within ±`half_width` of the measured
-    ones.
+    """The share of the samples of the card flown again that are near the measured ones.
+
+    They are within ±`half_width`.
 
     `before` is without the patch, `after` with it. `by_chance` is the share between two flights of
     the patched simulator, which differ by gusts alone.
@@ -190,8 +195,10 @@ class FlownAgain:
 
 @dataclass(frozen=True, slots=True)
 class Coefficient:
-    """A coefficient of a model's file: the effect and the size that change it, the model's own and
-    the measured one, which goes by its unit, and whether the log shows a gap in it.
+    """A coefficient of a model's file, and what the log says of it.
+
+    The effect and the size that change it, the model's own and the measured one, which goes by its
+    unit, and whether the log shows a gap in it.
     """
 
     effect: str

@@ -1,5 +1,6 @@
-"""Limits of what others wrote: packed files, and TOML by its size, its depth and the dots of its
-keys.
+"""Limits of what others wrote.
+
+Packed files, and TOML by its size, its depth and the dots of its keys.
 """
 
 import tomllib

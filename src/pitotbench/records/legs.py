@@ -53,8 +53,10 @@ class CardLeg(CardRow):
 
 @dataclass(frozen=True, slots=True)
 class ReadingSteps:
-    """The steps in which the displays of a card were read: airspeeds [m/s], height [m], temperature
-    [K], track [rad]."""
+    """The steps in which the displays of a card were read.
+
+    Airspeeds [m/s], height [m], temperature [K], track [rad].
+    """
 
     indicated_airspeed: float
     pressure_altitude: float
@@ -69,8 +71,9 @@ USUAL_STEPS = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """A leg that cannot be: its row and point, what is wrong, and what was probably meant (empty
-    where unknown).
+    """A leg that cannot be.
+
+    Its row and point, what is wrong, and what was probably meant (empty where unknown).
     """
 
     row: int
@@ -106,8 +109,10 @@ class CardPoint:
 
 @dataclass(frozen=True, slots=True)
 class HandCard:
-    """The answer of a card: points in their order, a curve by configuration, the slips found,
-    warnings, which tell the slips too, and the priors that were stated, by name.
+    """The answer of a card.
+
+    Points in their order, a curve by configuration, the slips found, warnings, which tell the slips
+    too, and the priors that were stated, by name.
     """
 
     points: tuple[CardPoint, ...]
@@ -136,8 +141,11 @@ class FlyBy(CardRow):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlyByPoint:
-    """What a pass gives, each with 2σ: true minus indicated pressure altitude [m], Δp/q_c [-], and
-    calibrated minus indicated airspeed [m/s] where the total source is right."""
+    """What a pass gives, each with 2σ.
+
+    True minus indicated pressure altitude [m], Δp/q_c [-], and calibrated minus indicated airspeed
+    [m/s] where the total source is right.
+    """
 
     point: str
     configuration: str
@@ -163,8 +171,10 @@ class KnownSpeed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedFactor:
-    """What points with a known speed give at one of them, each with 2σ: the factor of the indicated
-    airspeed that was measured there, and calibrated minus indicated airspeed [m/s] by all of them.
+    """What points with a known speed give at one of them, each with 2σ.
+
+    The factor of the indicated airspeed that was measured there, and calibrated minus indicated
+    airspeed [m/s] by all of them.
     """
 
     point: str
@@ -179,8 +189,10 @@ class SpeedFactor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnownSpeedResult:
-    """What points with a known speed give: the factor by speed, and the scale [-] and the zero [Pa]
-    of true impact pressure = scale · indicated + zero, with 2σ; `scatter` [m/s] of the points.
+    """What points with a known speed give.
+
+    The factor by speed, and the scale [-] and the zero [Pa] of true impact pressure = scale ·
+    indicated + zero, with 2σ; `scatter` [m/s] of the points.
     """
 
     points: tuple[SpeedFactor, ...]
@@ -193,8 +205,11 @@ class KnownSpeedResult:
 
 @dataclass(frozen=True, slots=True)
 class HandPlan:
-    """A card to fly: legs a point, airspeeds [m/s] in the order to fly them, how often, minutes,
-    and 2σ [m/s] of the curve, mean over its airspeeds."""
+    """A card to fly.
+
+    Legs a point, airspeeds [m/s] in the order to fly them, how often, minutes, and 2σ [m/s] of the
+    curve, mean over its airspeeds.
+    """
 
     legs: int
     airspeeds: tuple[float, ...]

@@ -31,8 +31,9 @@ class CurveMove:
 
 
 class Caution(str):
-    """A warning: its text, and what a later step needs to find it again and to reword or withdraw
-    it.
+    """A warning: its text, and what a later step needs to find it again.
+
+    The step may reword or withdraw it.
 
     `code` names the check. `column` is the column that it is about, empty where there is none.
     `size` is the size that was found, in the unit of the text, NaN where there is none. `moves` is
@@ -73,8 +74,9 @@ UNITS_OF_A_LOG = {"air_data": PRESSURE, "velocity": NAMED}  # without that entry
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class FlightLog(Shown, Recorded):
-    """A flight log: one row a sample at the air-data rate, in SI and radians; arrays (n,),
-    read-only.
+    """A flight log: one row a sample at the air-data rate, in SI and radians.
+
+    Arrays are (n,) and read-only.
 
     The channels are those of `channels.Recorded`; an optional channel is None where the log lacks
     it. `header` is the table of entries above the columns of the file. Raises RecordError where
@@ -93,14 +95,16 @@ class FlightLog(Shown, Recorded):
         return {name: value for name in CHANNELS if (value := getattr(self, name)) is not None}
 
     def fresh_fixes(self) -> Booleans:
-        """Return whether the GPS velocity is new in each row, (n,): as logged, else found from
-        repeated values.
+        """Return whether the GPS velocity is new in each row, (n,).
+
+        It is as logged, else found from repeated values.
         """
         return fresh_fixes(self.gps_fresh, self.velocity_north, self.velocity_east)
 
     def renewed_fixes(self) -> Booleans:
-        """Return whether anything of the GPS is new in each row, (n,): as logged, else found from
-        repeated values.
+        """Return whether anything of the GPS is new in each row, (n,).
+
+        It is as logged, else found from repeated values.
 
         On a steady leg a coarse velocity repeats itself while the height goes on; in an outage all
         stand still.
@@ -127,8 +131,9 @@ class FlightLog(Shown, Recorded):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """The remarks of the header as warnings; one that the log brought along as a mere text has
-        no finding.
+        """The remarks of the header as warnings.
+
+        One that the log brought along as a mere text has no finding.
         """
         remarks = self.header.get("warnings", ())
         return tuple(each if isinstance(each, Caution) else Caution(each) for each in remarks)
@@ -147,8 +152,9 @@ class FlightLog(Shown, Recorded):
 
     @property
     def simulated(self) -> bool:
-        """Whether a simulator made the log: it writes its case into the header, and nothing else
-        does.
+        """Whether a simulator made the log.
+
+        It writes its case into the header, and nothing else does.
         """
         return "case" in self.header
 
@@ -158,8 +164,11 @@ class FlightLog(Shown, Recorded):
 
 @dataclass(frozen=True, slots=True)
 class ChannelSummary:
-    """A channel of a log: its name, its canonical unit, its 5 % and 95 % quantiles in that unit,
-    and how many times a second it is renewed [Hz]; the numbers are None for texts and flags."""
+    """A channel of a log, as a sheet lists it.
+
+    Its name, its canonical unit, its 5 % and 95 % quantiles in that unit, and how many times a
+    second it is renewed [Hz]; the numbers are None for texts and flags.
+    """
 
     name: str
     unit: str
@@ -209,8 +218,9 @@ class LogInspection(Shown):
 
 @dataclass(frozen=True, slots=True)
 class InputFile:
-    """A file that an answer was made from: its `role` (log, mapping, card, aircraft), its name and
-    its SHA-256.
+    """A file that an answer was made from.
+
+    Its `role` (log, mapping, card, aircraft), its name and its SHA-256.
 
     A folder has the digest of its files one after another, by path; a log in memory that of its
     channels. Of a log also the number of rows, the minutes, the origin (measured or simulated), the
@@ -240,8 +250,9 @@ class InputFile:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A choice that acted on an answer, in words, and who made it: `stated`, `mapping` or
-    `default`.
+    """A choice that acted on an answer, in words.
+
+    Who made it is `stated`, `mapping` or `default`.
     """
 
     name: str
@@ -251,8 +262,9 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """What an answer was made from and with: files, choices, versions by name, and the date of the
-    run (UTC).
+    """Provenance of an answer: files, choices, versions by name, and the date of the run.
+
+    The date is in UTC.
     """
 
     inputs: tuple[InputFile, ...] = ()

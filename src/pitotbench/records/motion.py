@@ -1,5 +1,6 @@
-"""The two sides of an equation-error comparison: a measured motion, and the forces of a model in
-that motion.
+"""The two sides of an equation-error comparison.
+
+A measured motion, and the forces of a model in that motion.
 """
 
 from collections.abc import Mapping
@@ -76,8 +77,9 @@ class Reaction:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnitForces:
-    """What a unit of force or moment along each axis changes in a model's reactions to a `Motion`
-    of n states.
+    """What a unit of force or moment along each axis changes in a model's reactions.
+
+    The reactions are those to a `Motion` of n states.
 
     `changes` holds by aerodynamic axis (DRAG, SIDE, ROLL, PITCH, YAW) the change by 1 lb or 1 lb
     ft, (n, 6): the specific forces [m/s²], then the angular accelerations [rad/s²]. `properties`

@@ -1,5 +1,6 @@
-"""The places where a command will write, checked before its work begins, and files written whole or
-not at all. An output is never one of the inputs.
+"""The places where a command will write, checked before its work begins.
+
+Files are written whole or not at all. An output is never one of the inputs.
 """
 
 from collections.abc import Iterable, Iterator
@@ -49,8 +50,9 @@ def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = (
 
 
 def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path] = ()) -> None:
-    """Raise BadInputError unless files can be written to the folder `path`, which may not exist
-    yet.
+    """Raise BadInputError unless files can be written to the folder `path`.
+
+    The folder may not exist yet.
 
     `names` are the files that will be written there; none of them may be one of the `inputs`.
     """
@@ -92,8 +94,10 @@ def _require_takes_files(folder: Path, path: Path) -> None:
 
 
 def lock(path: Path, wait: float = 0.0) -> "sqlite3.Connection":
-    """Take the lock of a file, which is made, and hold it until the connection is closed or this
-    process ends, however it ends. Raises sqlite3.Error where another holds it for `wait` [s].
+    """Take the lock of a file, which is made, and hold it until the connection is closed.
+
+    It ends with this process too, however that ends. Raises sqlite3.Error where another holds it
+    for `wait` [s].
     """
     import sqlite3  # loads with the first lock
 
@@ -108,8 +112,9 @@ def lock(path: Path, wait: float = 0.0) -> "sqlite3.Connection":
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
-    """Give a temporary path in the folder of `path`; rename it to `path` on success, remove it on
-    failure.
+    """Give a temporary path in the folder of `path`; rename it to `path` on success.
+
+    It is removed on failure.
 
     A reader therefore never finds half a file. A device or a pipe, such as /dev/null, is written
     into. Raises BadInputError where the folder does not exist or cannot be written.

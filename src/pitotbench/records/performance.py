@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class PerformanceFigure:
-    """One figure of a model's performance [`unit`] in a condition, and the published one where
-    there is any. `altitude` [m] of a climb.
+    """One figure of a model's performance [`unit`] in a condition.
+
+    The published one stands beside it where there is any. `altitude` [m] of a climb.
     """
 
     name: str
@@ -24,8 +25,9 @@ class PerformanceFigure:
 
 @dataclass(frozen=True, slots=True)
 class Performance:
-    """The performance of an aircraft at a mass [kg]; `skipped` holds what it lacks: name and
-    reason.
+    """The performance of an aircraft at a mass [kg].
+
+    `skipped` holds what it lacks: name and reason.
     """
 
     aircraft: str

@@ -27,8 +27,9 @@ def where(phase: str, variable: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """A place of the gap: channel, phase of flight or variable (one of them empty, or both),
-    significance in σ.
+    """A place of the gap.
+
+    Channel, phase of flight or variable (one of them empty, or both), significance in σ.
     """
 
     channel: str
@@ -60,8 +61,9 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Detectable:
-    """The smallest size of an effect's parameter that a log like this one shows in half of all
-    flights.
+    """The smallest size of an effect's parameter that a log like this one shows.
+
+    It shows it in half of all flights.
     """
 
     effect: str
@@ -71,8 +73,9 @@ class Detectable:
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """The gap as sums of squares over noise variance: before, after, and the part that is noise
-    alone.
+    """The gap as sums of squares over noise variance.
+
+    Before, after, and the part that is noise alone.
 
     `chance` is what sizes that were not fitted to this log leave on average, because they have
     errors of their own.
@@ -85,8 +88,9 @@ class Closure:
 
     @property
     def share(self) -> float:
-        """Explainable gap that is closed, (before − after)/(before − noise) (1 closed, 0 as
-        before).
+        """The share of the explainable gap that is closed.
+
+        (before − after)/(before − noise): 1 closed, 0 as before.
         """
         return (self.before - self.after) / max(self.before - self.noise, 1e-9)
 
@@ -186,8 +190,9 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class OwnSize:
-    """The size of an effect that one flight shows by itself; `distance` [σ] is that from the size
-    of the others.
+    """The size of an effect that one flight shows by itself.
+
+    `distance` [σ] is that from the size of the others.
 
     `distance` is None where no other flight shows the effect.
     """

@@ -93,8 +93,9 @@ def calibrate_flights(
 
 
 def _held_up(flight: CalibratedFlight, options: CalibrationOptions) -> CalibratedFlight:
-    """Return a flight whose answer is held against another reading of its columns: the factor on
-    the airspeed, and what each finding would move.
+    """Return a flight whose answer is held against another reading of its columns.
+
+    That gives the factor on the airspeed, and what each finding would move.
     """
     from pitotbench.calibration.readings import with_readings
     from pitotbench.calibration.scale import with_scale
@@ -104,8 +105,9 @@ def _held_up(flight: CalibratedFlight, options: CalibrationOptions) -> Calibrate
 
 
 def _by_height(log: FlightLog, options: CalibrationOptions, error: OneHeadingError) -> Calibration:
-    """Return the answer by height alone for a log of one heading. Raises `error` where its height
-    tells nothing.
+    """Return the answer by height alone for a log of one heading.
+
+    Raises `error` where its height tells nothing.
     """
     from pitotbench.calibration.result import assemble_by_height
 
@@ -117,8 +119,9 @@ def _by_height(log: FlightLog, options: CalibrationOptions, error: OneHeadingErr
 
 @contextmanager
 def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iterator[None]:
-    """Name the cause where the block finds no answer: limits that take most rows, or channels that
-    disagree.
+    """Name the cause where the block finds no answer.
+
+    It is limits that take most rows, or channels that disagree.
     """
     from pitotbench.calibration.expected_bound import geometry_suffices
     from pitotbench.calibration.observations import limit_words
@@ -147,8 +150,9 @@ def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iter
 
 
 def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
-    """Return the calibration with the steps of the log's display in its bound; warn where its curve
-    is doubtful.
+    """Return the calibration with the steps of the log's display in its bound.
+
+    Warn where its curve is doubtful.
 
     Raises NoAnswerError where its bound is too wide.
     """

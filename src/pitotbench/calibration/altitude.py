@@ -1,5 +1,6 @@
-"""The altitude equation: indicated static pressure against GPS height gives the static source's
-error directly.
+"""The altitude equation: pressure against height gives the error of the static source.
+
+The pressure is the indicated static one, the height that of the GPS.
 
 p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci) with Δp = q_c − q_ci, which is p_i − p where the total
 pressure is right. It needs neither the wind nor, to first order, the temperature. Its noise does
@@ -106,8 +107,9 @@ class CarriedHeight:
 
 
 def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> CarriedHeight:
-    """Compute the height of each stretch separately, with fixes `latency` seconds earlier than
-    stamped.
+    """Compute the height of each stretch separately.
+
+    Fixes are `latency` seconds earlier than stamped.
     """
     from scipy.interpolate import CubicSpline  # slow to load
 
@@ -191,8 +193,9 @@ class AltitudeRows:
 
     @property
     def count(self) -> int:
-        """Rows of the regression: one per block, and another where the block has a fix that ties
-        the integral.
+        """Rows of the regression.
+
+        There is one per block, and another where the block has a fix that ties the integral.
         """
         return len(self) + (0 if self.tie is None else int(np.isfinite(self.fix).sum()))
 
@@ -200,8 +203,9 @@ class AltitudeRows:
 def altitude_rows(
     log: FlightLog, obs: Observations, options: CalibrationOptions, wind: Array
 ) -> AltitudeRows | None:
-    """Compute the altitude rows from a log's used rows and its rows at rest; None where its height
-    is of no use.
+    """Compute the altitude rows from a log's used rows and its rows at rest.
+
+    None where its height is of no use.
 
     Parameters: log; obs; options, with the accuracy of the total source and the priors; wind (2,),
     roughly, toward north and east [m/s], which gives the size of the horizontal pressure gradient.
@@ -263,8 +267,9 @@ def altitude_regression(
 
 
 def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, impact_share: Array) -> Array:
-    """Change of the rows per pascal of zero offset, (n,) [m/Pa]: the ports see the reading minus
-    the offset.
+    """Change of the rows per pascal of zero offset, (n,) [m/Pa].
+
+    The ports see the reading minus the offset.
 
     At rest they see nothing, whatever the reading is.
     """
@@ -281,8 +286,9 @@ def _geopotential(height: Meters) -> Meters:
 
 
 def virtual_temperature_rise(temperature: float, pressure: float) -> float:
-    """Return by how much saturated air of a temperature [K] and pressure [Pa] is lighter, as a
-    temperature [K].
+    """Return by how much saturated air is lighter, as a temperature [K].
+
+    Parameters: temperature [K]; pressure [Pa].
 
     Source: Alduchov and Eskridge, Journal of Applied Meteorology 35 (1996), eq. 21, for the vapor
     pressure.
@@ -293,16 +299,18 @@ def virtual_temperature_rise(temperature: float, pressure: float) -> float:
 
 
 def _at_rest(log: FlightLog) -> Booleans:
-    """Rows before take-off or after landing: there the static source has no error, so height and
-    pressure agree.
+    """Rows before take-off or after landing.
+
+    There the static source has no error, so height and pressure agree.
     """
     still = np.hypot(log.velocity_north, log.velocity_east) < _AT_REST
     return np.asarray(still & (log.impact_pressure < float(air.impact_pressure(_NO_AIRSPEED))))
 
 
 def _white_noise(values: Array) -> tuple[float, Booleans]:
-    """The standard deviation of the white noise of values (n,), and which values differ from both
-    neighbors, (n,).
+    """The standard deviation of the white noise of values (n,), and which are spikes, (n,).
+
+    A spike differs from both neighbors.
 
     It comes from second differences, in which slow signals cancel.
     """
@@ -314,8 +322,10 @@ def _white_noise(values: Array) -> tuple[float, Booleans]:
 
 @dataclass(frozen=True, slots=True)
 class _Blocks:
-    """The chosen rows, the block of each, (rows,), non-decreasing, and the number of rows per
-    block, (n,).
+    """The rows of each block.
+
+    The chosen rows, the block of each, (rows,), non-decreasing, and the number of rows per block,
+    (n,).
     """
 
     rows: NDArray[np.intp]
@@ -328,8 +338,9 @@ class _Blocks:
 
 
 def _divided(log: FlightLog, carried: CarriedHeight, rows: NDArray[np.intp]) -> _Blocks:
-    """Divide rows into blocks of two seconds, four in long logs, or of a longer fix interval; none
-    spans a gap.
+    """Divide rows into blocks of two seconds, four in long logs, none across a gap.
+
+    A longer fix interval makes longer blocks.
     """
     length = max(_LONG_BLOCK if len(log) * interval(log.time) > LONG else _BLOCK, carried.seconds)
     cell = np.floor((log.time - log.time[0]) / length).astype(np.intp)
@@ -428,8 +439,9 @@ def _air_temperature(
 
 @dataclass(frozen=True, slots=True)
 class _Profile:
-    """The temperature of the air over height: straight lines between `edges` (k,) [m] of
-    `temperature` (k,) [K].
+    """The temperature of the air over height.
+
+    Straight lines between `edges` (k,) [m] of `temperature` (k,) [K].
     """
 
     edges: Meters
@@ -444,8 +456,9 @@ class _Profile:
         return replace(self, temperature=self.temperature + kelvin)
 
     def thinness(self, height: Meters) -> Array:
-        """The integral of dh/T from the mean height to heights (n,) [m/K]: g/R times it is ln of
-        the pressures.
+        """The integral of dh/T from the mean height to heights (n,) [m/K].
+
+        g/R times it is ln of the pressures.
         """
         return self._integral(height, 1.0 / self._fine()[1])
 
@@ -454,8 +467,9 @@ class _Profile:
         return self.at(height) * self._integral(height, self._fine()[1] ** -2.0)
 
     def layers(self, height: Meters) -> Array:
-        """The same for each layer that is warmer by itself, (n, layers) [m/K]; none where there is
-        only one.
+        """The same for each layer that is warmer by itself, (n, layers) [m/K].
+
+        There is none where there is only one layer.
         """
         if len(self.edges) == 2:
             return np.zeros((len(height), 0))
@@ -481,8 +495,9 @@ class _Profile:
 
 
 def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
-    """The receiver's height minus the integral of its velocity, per block [m], and its white
-    variance [m²].
+    """The receiver's height minus the integral of its velocity, and its white variance.
+
+    They are per block, in [m] and [m²].
 
     Without vertical velocity the first is None and the second is one over the number of fixes in
     the block.
@@ -558,8 +573,9 @@ def _unknowns(
 def _with_total_source(
     unknown: UnknownColumns, rows: AltitudeRows, deviation: float
 ) -> UnknownColumns:
-    """The unknowns with the error of the total source: its level and its slope in ln q_ci, of which
-    `deviation` [-] is that of the level.
+    """The unknowns with the error of the total source.
+
+    It has a level and a slope in ln q_ci; `deviation` [-] is that of the level.
 
     The wind triangle tells of both sources together, the static pressure of one: what the total
     source does to the airspeed is no change of the height.

@@ -79,9 +79,11 @@ _REFERENCE = float(air.impact_pressure(100.0 * KNOT))  # Pa, of the curve's absc
 
 @dataclass(frozen=True, slots=True)
 class LinearLegs:
-    """Legs near their answer: observations y (n,) [m/s], unit vectors u (n, 2) by which they feel
-    the wind, slopes (n,) by the correction, their change with temperature (n,) [m/s per K], and the
-    variances of the readings (n,) [(m/s)²].
+    """Legs near their answer, as linear equations.
+
+    Observations y (n,) [m/s], unit vectors u (n, 2) by which they feel the wind, slopes (n,) by the
+    correction, their change with temperature (n,) [m/s per K], and the variances of the readings
+    (n,) [(m/s)²].
     """
 
     observed: Array
@@ -166,8 +168,9 @@ class CardModel:
         return CardModel(self.legs, self.steps, self.stated, rows, self.priors)
 
     def basis(self, speed: MetersPerSecond, own: NDArray[np.intp]) -> Array:
-        """Return the columns of the curves, (c, p − 1) [m/s], at airspeeds (c,) [m/s] of the
-        configurations of numbers `own` (c,).
+        """Return the columns of the curves, (c, p − 1) [m/s], at airspeeds (c,) [m/s].
+
+        `own` (c,) are the numbers of the configurations.
 
         A small Δp/q_c moves the airspeed by q_c dV/dq_c times itself.
         """
@@ -198,16 +201,18 @@ class CardModel:
         return np.concatenate([[0.0], np.cumsum(self._steps(noise).sum(axis=1)[:-1])])
 
     def _steps(self, noise: Array) -> Array:
-        """The variance of the wind's step from each leg to the next and, of that, to another point
-        or flight, (n, 2) [(m/s)²].
+        """The variances of the wind's step from each leg to the next, (n, 2) [(m/s)²].
+
+        The second is the part of a step to another point or flight.
         """
         step, jump, _ = np.exp(2.0 * noise)
         other = np.where(self._other_flight, _ANY_WIND**2, jump * self._new)
         return np.column_stack([np.full(len(self.legs), step), other])
 
     def noise(self, noise: Array, across: bool = False) -> MarkovNoise:
-        """Return the covariance of the equations, for ln of the noise (3,); with those of the winds
-        across them, which nobody observed, where asked for.
+        """Return the covariance of the equations, for ln of the noise (3,).
+
+        Where asked for, it is followed by those of the winds across them, which nobody observed.
         """
         white, loading = self.white(noise)[None], self.linear.along[None]
         if across:
@@ -262,15 +267,17 @@ class CardModel:
         )
 
     def gradient(self, at: MetersPerSecond, configuration: str) -> Array:
-        """Return the change of a configuration's corrections at airspeeds (c,) [m/s] with the
-        coefficients, (c, p). The thermometer is no part of them.
+        """Return the change of a configuration's corrections with the coefficients, (c, p).
+
+        They are at airspeeds (c,) [m/s]. The thermometer is no part of them.
         """
         columns = self.basis(at, np.full(len(at), self.configurations[configuration]))
         return np.column_stack([columns, np.zeros(len(at))])
 
     def expected_variance(self, at: MetersPerSecond) -> float:
-        """Return the variance [(m/s)²] of the first configuration's curve, mean over airspeeds
-        [m/s], before a leg is flown: mean over the rival priors, on a usual day.
+        """Return the variance [(m/s)²] of the first configuration's curve before a leg is flown.
+
+        It is the mean over airspeeds [m/s] and over the rival priors, on a usual day.
         """
         columns = self.gradient(at, self.legs[0].configuration)
         rivals = solutions(self.problem, self.noise(USUAL_NOISE))
@@ -278,8 +285,9 @@ class CardModel:
         return float(np.mean(found))
 
     def deviations(self, places: Sequence[int], gain: Array) -> Array:
-        """Return the standard deviations, (m,), of what changes by `gain` (k,) with each of some
-        legs (k,), at each node.
+        """Return the standard deviations, (m,), of a change with some legs, at each node.
+
+        It changes by `gain` (k,) with each of the legs (k,).
 
         What the legs share is left out: the wind of the first of them is free, and so is the
         correction.
@@ -292,8 +300,9 @@ class CardModel:
 
     @cached_property
     def _spread_of_nodes(self) -> tuple[Array, Array]:
-        """At each node, the variance of the wind's steps up to each leg, and that of the leg alone,
-        (m, n).
+        """At each node, the variance of the wind's steps up to each leg, and that of the leg alone.
+
+        Both are (m, n).
         """
         noises = [node.noise for node in self.nodes]
         wandered = np.stack([self.wandered(noise) for noise in noises])
@@ -330,8 +339,10 @@ class CardModel:
 
 
 def _another_flight(wind: Array, new: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether another flight, in another wind, begins after each leg (n,): the winds (n, 2) [m/s]
-    of some points before and after differ in their medians, which a slip does not move.
+    """Whether another flight, in another wind, begins after each leg (n,).
+
+    The winds (n, 2) [m/s] of some points before and after differ in their medians, which a slip
+    does not move.
 
     `new` (n,) says whether another point begins.
     """
@@ -353,8 +364,10 @@ def _log_prior(noise: Array) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Others:
-    """What all other legs predict for each leg: `means` (n, 3) and `covariances` (n, 3, 3) of its
-    equation, of the wind across and of the correction [m/s].
+    """What all other legs predict for each leg.
+
+    `means` (n, 3) and `covariances` (n, 3, 3) of its equation, of the wind across and of the
+    correction [m/s].
 
     `alone` [(m/s)²] is the variance that a gust leaves in a leg, `curves` (p,) the coefficients.
     """
@@ -373,8 +386,9 @@ class Others:
         return np.asarray((linear.observed - self.means[:, 0]) / np.sqrt(variance))
 
     def of(self, place: int, legs: Sequence[CardLeg]) -> tuple[Array, Array]:
-        """Return errors (m,) [m/s] and their variances (m,) of legs in the place of one, against
-        what all others predict.
+        """Return errors (m,) [m/s] and their variances (m,) of legs in the place of one.
+
+        They are against what all others predict.
         """
         model, own = self.model, np.full(len(legs), self.model.own[place])
         along, slope = model.linear.along[place], float(model.linear.slope[place])

@@ -25,8 +25,10 @@ _TEMPERATURE = 278.15  # K; the bound hardly depends on it
 def plans_by_hand(
     low: float, high: float, wind: tuple[float, float] = (0.0, 0.0), stated: Accuracies = USUAL
 ) -> list[HandPlan]:
-    """Return cards for a curve between two indicated airspeeds [m/s], the shortest first, each
-    better than all shorter ones. `wind` [m/s] is toward north and east."""
+    """Return cards for a curve between two indicated airspeeds [m/s], the shortest first.
+
+    Each is better than all shorter ones. `wind` [m/s] is toward north and east.
+    """
     plans = [
         _plan(legs, points, times, low, high, wind, stated)
         for legs, points, times in product(_LEGS, _POINTS, _TIMES)

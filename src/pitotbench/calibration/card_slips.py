@@ -44,8 +44,9 @@ _LEAST_SPREADS = 5.0 * DEGREE, 2.0 * KNOT  # 1σ of a pilot's tracks and airspee
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """A column that a slip can be in: its field, its unit [SI], its words, and the largest number
-    that makes sense.
+    """A column that a slip can be in.
+
+    Its field, its unit [SI], its words, and the largest number that makes sense.
     """
 
     field: str
@@ -66,8 +67,9 @@ _READINGS = (_Reading("track", DEGREE, "a", "track", "°", _FULL_TURN), *_SPEEDS
 def find_slips(
     legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies, priors: Priors = PRIORS
 ) -> tuple[CardModel, tuple[Slip, ...]]:
-    """Return the model of a card without its slips, and the slips. Raises BadInputError where no
-    three legs can be.
+    """Return the model of a card without its slips, and the slips.
+
+    Raises BadInputError where no three legs can be.
     """
     card = _Card(legs)
     if len(legs) - len(card.refused) < _FEWEST:
@@ -84,8 +86,10 @@ def find_slips(
 
 @dataclass(frozen=True, slots=True)
 class _Suspicion:
-    """ln of the probability that a slip made what is written, what is wrong, and what was probably
-    meant. A leg that cannot be is a slip in any case: 0.
+    """A slip that may have made what is written.
+
+    ln of its probability, what is wrong, and what was probably meant. A leg that cannot be is a
+    slip in any case: 0.
     """
 
     log_probability: float
@@ -95,8 +99,9 @@ class _Suspicion:
 
 @dataclass(frozen=True, slots=True)
 class _Judged:
-    """A set of slips, by place, with the model of the other legs, ln of its probability, and the
-    places of the legs that are the next to be suspected.
+    """A set of slips, by place, with the model of the other legs.
+
+    Further ln of its probability, and the places of the legs that are the next to be suspected.
     """
 
     model: CardModel
@@ -109,8 +114,9 @@ _log_posterior = attrgetter("log_posterior")
 
 
 class _Card:
-    """What is usual on a card, in whatever order it is flown: speeds, tracks, and how closely both
-    are kept.
+    """What is usual on a card, in whatever order it is flown.
+
+    Speeds, tracks, and how closely both are kept.
     """
 
     def __init__(self, legs: Sequence[CardLeg]) -> None:
@@ -151,8 +157,10 @@ class _Card:
         return replace(leg, **numbers)
 
     def likeliest(self, model: CardModel) -> _Judged:
-        """Return the likeliest set of slips that single steps reach from those of a model: a leg
-        struck out or taken back and, where neither gains, two such steps, as an exchange is.
+        """Return the likeliest set of slips that single steps reach from those of a model.
+
+        A step strikes a leg out or takes it back. Where neither gains, two such steps are tried, as
+        an exchange is.
         """
         known = dict[frozenset[int], _Judged]()
 
@@ -179,8 +187,9 @@ class _Card:
         return [place for place in struck if self.legs[place].row not in self.refused]
 
     def _judged(self, model: CardModel) -> _Judged:
-        """Weigh a set of slips by the evidence of the other legs, under their own likeliest noise,
-        and by what was probably meant by each slip.
+        """Weigh a set of slips by the other legs, and by what was probably meant by each slip.
+
+        The evidence of the other legs is that under their own likeliest noise.
         """
         noise, struck = model.likeliest_noise, model.struck
         others = model.others(noise)
@@ -201,8 +210,9 @@ class _Card:
         return _Judged(model, total, tuple(suspects), found)
 
     def _suspicion(self, place: int, others: Others) -> _Suspicion:
-        """Weigh a leg that is struck out as a slip: what was probably meant, and how probable it is
-        that the leg was written so.
+        """Weigh a leg that is struck out as a slip.
+
+        What was probably meant, and how probable it is that the leg was written so.
         """
         leg, struck = self.legs[place], others.model.struck
         refusal = self.refused.get(leg.row, "")
@@ -234,9 +244,10 @@ class _Card:
         )
 
     def _habit(self, place: int, readings: Sequence[CardLeg], struck: Booleans) -> Array:
-        """Return ln of how usual readings (m,) in the place of a leg are, (m,): their airspeed, and
-        their track, which is one that no other leg of the point has. The more legs of the card are
-        flown apart from the usual, the less does one of them surprise.
+        """Return ln of how usual readings (m,) in the place of a leg are, (m,).
+
+        Their airspeed counts, and their track, which is one that no other leg of the point has. The
+        more legs of the card are flown apart from the usual, the less does one of them surprise.
         """
         own = self._points[self.legs[place].point]
         others = own[(own != place) & ~struck[own]]
@@ -311,8 +322,10 @@ def _changed(leg: CardLeg, fields: dict[str, Any]) -> CardLeg:
 
 
 def _meant(written: str, most: float) -> list[float]:
-    """Return the numbers from which a slip makes the written one: a digit exchanged with its
-    neighbor, lost, doubled, or misread."""
+    """Return the numbers from which a slip makes the written one.
+
+    A digit is exchanged with its neighbor, lost, doubled, or misread.
+    """
     found = set()
     for i in range(len(written)):
         found.add(written[:i] + written[i + 1 :])  # one too many

@@ -1,5 +1,6 @@
-"""The estimator of the covering 2σ: generalized least squares with the noise estimated from the
-log.
+"""The estimator of the covering 2σ.
+
+It is generalized least squares with the noise estimated from the log.
 """
 
 from collections.abc import Sequence
@@ -75,8 +76,9 @@ class CoveringFit:
 
 @dataclass(frozen=True, slots=True)
 class FirstPass:
-    """The result of the first pass: θ (p,), the most likely noise φ, and the path of a drifting
-    wind.
+    """The result of the first pass.
+
+    θ (p,), the most likely noise φ, and the path of a drifting wind.
 
     `solutions` are the answers under each rival prior of the curve: corrections to θ and the
     nuisances, (p + m,), with their covariance. θ is that of the likeliest.
@@ -134,8 +136,10 @@ def flown_of(structure: Structure, obs: Observations, fit: CoveringFit) -> Flown
 def moved_by(
     structure: Structure, obs: Observations, fit: CoveringFit, flown: Flown, cause: Nuisance
 ) -> Array:
-    """Return what one of a cause that is no column of a fit moves its θ and nuisances by, (p + m,):
-    the answer to what that cause alone would leave in the rows; `flown` as of `flown_of`.
+    """Return what one of a cause that is no column of a fit moves its unknowns by, (p + m,).
+
+    It is the answer, θ and nuisances, to what that cause alone would leave in the rows; `flown` as
+    of `flown_of`.
     """
     seen = divide(obs, block_length(obs)).mean(cause.column(*flown))
     left = np.zeros(len(fit.problem.response))
@@ -166,8 +170,9 @@ def _of_mean_winds(
 def _of_mean_wind(
     structure: Structure, problem: Linearized, phi: Array, answers: Sequence[Solution | NoiseNode]
 ) -> list[tuple[Array, Array]]:
-    """The estimates and covariances of answers under one noise, with the mean wind where the wind
-    drifts.
+    """The estimates and covariances of answers under one noise.
+
+    They have the mean wind where the wind drifts.
     """
     found = [(each.estimate, each.covariance) for each in answers]
     if problem.kernel is None:

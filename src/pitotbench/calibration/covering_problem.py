@@ -146,9 +146,10 @@ def linearize(
 
 
 def priors_at(structure: Structure, theta: Array) -> tuple[Array, Array]:
-    """Return the precisions of the rival priors, (r, p + m), and their mean (p + m,), of a correction to
-    θ (p,): the model's of its parameters, that of a wind which is stated, the accuracies' of the
-    nuisances.
+    """Return the precisions of the rival priors, (r, p + m), and their mean (p + m,).
+
+    They are of a correction to θ (p,): the model's of its parameters, that of a wind which is
+    stated, the accuracies' of the nuisances.
     """
     model, law = structure.model, structure.model.error.precisions
     winds = np.zeros((len(law), model.count - model.error_count))
@@ -241,8 +242,9 @@ def _best_airspeed(noise_of: WindNoise, noise: Array, response: Array) -> Array:
 
 
 def wind_scale(structure: Structure, obs: Observations) -> float:
-    """The prior of a drifting wind's standard deviation [m/s]: it grows with the root of the time
-    beyond the wind's memory.
+    """The prior of a drifting wind's standard deviation [m/s].
+
+    It grows with the root of the time beyond the wind's memory.
     """
     priors = structure.priors
     times = float(obs.time[-1] - obs.time[0]) / priors.slow_wind_s
@@ -260,8 +262,9 @@ def length_factor(structure: Structure, obs: Observations) -> float:
 
 
 def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
-    """The prior of φ: that of the wind, with a wider length for a log above 10,000 ft, and that of
-    the height.
+    """The prior of φ: that of the wind and that of the height.
+
+    A log above 10,000 ft has a wider one of the length.
     """
     rows = structure.altitude
     drift = wind_scale(structure, obs) if structure.drifting else None

@@ -42,8 +42,10 @@ _LEAST = 1e-4  # m/s, m: stands for a level of zero, whose logarithm does not ex
 
 @dataclass(frozen=True, slots=True)
 class ExpectedNoise:
-    """The expected noise: standard deviation [m/s] and length [m] of the gusts, and the standard
-    deviation of the white noise [m/s] without that of the pressure sensor.
+    """The expected noise, of gusts and of the receiver's height.
+
+    Standard deviation [m/s] and length [m] of the gusts, and the standard deviation of the white
+    noise [m/s] without that of the pressure sensor.
 
     The receiver's height error: standard deviation [m] and correlation time [s] of its slow part,
     the standard deviation of its white part [m] a fix, and the random walk of the integrated
@@ -140,8 +142,9 @@ def _two_sigma(
 
 
 def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:
-    """Return whether the headings and speeds of a log would determine its curve if the channels
-    agreed.
+    """Return whether the headings and speeds of a log would determine its curve.
+
+    It is assumed that the channels agree.
 
     The answer is that of the model Inverse+ in gusts of the usual size, with no wind.
     """

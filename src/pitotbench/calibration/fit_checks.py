@@ -1,5 +1,6 @@
-"""Checks of a fit: what the log determines, whether the curve is possible, what lies outside its
-prior.
+"""Checks of a fit.
+
+What the log determines, whether the curve is possible, what lies outside its prior.
 """
 
 from collections.abc import Sequence
@@ -50,8 +51,9 @@ FLY_HEADINGS = "fly legs on three headings at least 60° apart, or a full turn"
 
 
 def require_observable(model: PredictionModel, obs: Observations) -> None:
-    """Raise NoAnswerError where headings or speeds are too similar. The message says what to fly
-    next.
+    """Raise NoAnswerError where headings or speeds are too similar.
+
+    The message says what to fly next.
     """
     for axis, velocity in (("north", obs.velocity_north), ("east", obs.velocity_east)):
         if not np.any(velocity):
@@ -91,9 +93,10 @@ _ONE_LINE = 0.9  # of the mean of e^2iψ: tracks within some 13° of a line, as 
 
 
 def require_useful(calibration: Calibration, log: FlightLog) -> None:
-    """Raise NoAnswerError where 2σ of half the curve, or of the best known wind, is above 10 kt or
-    not finite. The wind across a line that was flown out and back is unknown, and the curve holds
-    that.
+    """Raise NoAnswerError where a bound is above 10 kt or not finite.
+
+    The bounds are 2σ of half the curve, and of the best known wind. The wind across a line that was
+    flown out and back is unknown, and the curve holds that.
     """
     wind = min(
         (max(each.north.two_sigma, each.east.two_sigma) for each in calibration.winds), default=0.0
@@ -116,8 +119,9 @@ def require_useful(calibration: Calibration, log: FlightLog) -> None:
 
 @dataclass(frozen=True, slots=True)
 class CurveVerdict:
-    """The verdict: `plausible`, `doubtful` (a warning) or `impossible` (no answer), with a sentence
-    of explanation.
+    """The verdict on a curve, with a sentence of explanation.
+
+    It is `plausible`, `doubtful` (a warning) or `impossible` (no answer).
 
     `worst` [-] is the Δp/q_c of greatest size among the points beyond the limit, and
     `indicated_airspeed` [m/s] the airspeed at that point. Both are 0 where no point is beyond it.
@@ -194,8 +198,9 @@ def disagreements(
     drifting: bool = False,
     by_height: Sequence[MetersPerSecond] = (),
 ) -> tuple[Disagreement, ...]:
-    """Return where the wind triangle and the height disagree, and where the samples lie off the
-    curve.
+    """Return where triangle and height disagree, and where the samples lie off the curve.
+
+    The triangle is that of the wind.
 
     Samples without the wind scatter about the curve. Where their mean near an airspeed lies off the
     curve by more than its bound and their own scatter allow, the model of the curve or of the wind
@@ -232,8 +237,9 @@ def disagreements(
 
 
 def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> Calibration:
-    """Return a calibration with its fixed-speed points; it tells of the one farthest off its curve,
-    beyond both bounds.
+    """Return a calibration with its fixed-speed points.
+
+    It tells of the one farthest off its curve, beyond both bounds.
     """
     calibration = replace(calibration, points=tuple(points))
     curve, worst = calibration.curve, None
@@ -263,8 +269,9 @@ def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> 
 
 
 def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[float, float]:
-    """The largest clear distance of the samples' mean from the curve, and its airspeed [m/s]; 0 for
-    none.
+    """The largest clear distance of the samples' mean from the curve, and its airspeed.
+
+    Both are in m/s, and 0 for none.
     """
     group = np.floor((residuals.time - residuals.time[0]) / over).astype(np.intp)
     # By the airspeed without the residual: a gust that raises a reading would else sort itself to
@@ -295,8 +302,9 @@ _OWN_POWER = 0.05
 
 
 def propwash_effect(residuals: Residuals, log: FlightLog) -> Estimate | None:
-    """Return by how much the indicated airspeed reads higher at full power than at idle [m/s]; None
-    without power.
+    """Return by how much the indicated airspeed reads higher at full power than at idle.
+
+    It is in m/s; None without power.
 
     The residual is regressed on the power that is left when constant, airspeed and its square are
     taken out (Frisch and Waugh 1933); its 2σ is that of blocks of 30 s (Liang and Zeger 1986). It
@@ -376,8 +384,9 @@ class _Level:
 
 @dataclass(frozen=True, slots=True)
 class _Extent:
-    """A length or a time with a log-normal prior: its middle, and one standard deviation as a
-    factor.
+    """A length or a time with a log-normal prior.
+
+    Its middle, and one standard deviation as a factor.
     """
 
     words: str
@@ -446,8 +455,10 @@ _IN_TURNS = 0.01  # of the impact pressure at 30° of bank: a static source in a
 def turns_to_one_side(
     structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior, flown: Flown
 ) -> tuple[Caution, ...]:
-    """What sideslip in turns would move the curve by where all turns are to one side: nothing in
-    such a log shows it. Where turns are said to add no error (`turn_lift` 0), sideslip has none.
+    """What sideslip would move the curve by where all turns are to one side.
+
+    Nothing in such a log shows it. Where turns are said to add no error (`turn_lift` 0), sideslip
+    has none.
     """
     if structure.priors.turn_lift == 0.0 or not (side := side_of_turns(*flown)):
         return ()
@@ -481,8 +492,10 @@ def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]
 
 
 def _nuisance_sentence(nuisance: Nuisance, found: tuple[float, float] | None) -> str:
-    """What a nuisance is by the rest of the log, with its 2σ; None where the log does not tell its
-    size, since its prior, or what else is unknown, says as much.
+    """What a nuisance is by the rest of the log, with its 2σ.
+
+    None where the log does not tell its size, since its prior, or what else is unknown, says as
+    much.
     """
     words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
     usual = _sized(f"±{2.0 * nuisance.deviation:.3g}", unit)

@@ -39,8 +39,9 @@ _DISAGREE = 0.01  # probability of so much disagreement by chance: below it ther
 
 
 def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Give each of several reductions with one reference pressure the joint answer, with the
-    indicated airspeeds [m/s] that all cover.
+    """Give each of several reductions with one reference pressure the joint answer.
+
+    The indicated airspeeds [m/s] that all cover come with it.
 
     The logs are of one airplane. Each log is reduced separately. Its answer, as a Gaussian, is
     information about the curve, the wind of that log and the nuisances. The unknowns of the
@@ -77,8 +78,10 @@ def _joined(single: Sequence[Reduction]) -> list[Posterior]:
 def _information(
     each: Reduction, number: int, shared: dict[str, int]
 ) -> tuple[Information, NDArray[np.intp]]:
-    """The information of one log without the common priors, and the index of each of its unknowns
-    among those of all logs. `shared` maps names to these; new unknowns of the log are added to it.
+    """The information of one log without the common priors, and the place of each unknown.
+
+    The place is that among the unknowns of all logs. `shared` maps names to these; new unknowns of
+    the log are added to it.
     """
     precision = inverse(each.answer.covariance)
     pull = precision @ each.answer.mean
@@ -99,8 +102,10 @@ def _names(each: Reduction, number: int) -> list[str]:
 
 
 def _is_common(each: Reduction, name: str) -> bool:
-    """Whether a nuisance is common to all logs; the temperature of a standard day, a zero that the
-    log shows at rest and a changing wind are not.
+    """Whether a nuisance is common to all logs.
+
+    The temperature of a standard day, a zero that the log shows at rest and a changing wind are
+    not.
     """
     if name == "temperature_k" and each.observations.standard_day:
         return False
@@ -123,8 +128,9 @@ def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
 
 
 def _law_variance(each: Reduction) -> Array:
-    """The variance of the prior of the curve's parameters over its rivals, weighted by the log,
-    (K,); infinite for a flat one.
+    """The variance of the prior of the curve's parameters over its rivals, (K,).
+
+    The rivals are weighted by the log; a flat one is infinite.
     """
     with np.errstate(divide="ignore"):
         variances = 1.0 / each.model.error.precisions
@@ -220,8 +226,9 @@ def reduce_flights(
 def _of_one_curve(
     logs: Sequence[FlightLog], places: Sequence[int], options: CalibrationOptions, known: "Known"
 ) -> list[tuple[_Part[tuple[Reduction, Calibration]], Reduction, MetersPerSecond | None]]:
-    """The flights of the logs at some places with the answer that they have together, and the
-    indicated airspeeds [m/s] that all cover; None for those of a single flight.
+    """The flights of the logs at some places with the answer that they have together.
+
+    Further the indicated airspeeds [m/s] that all cover; None for those of a single flight.
     """
     rows = {id(logs[place]): observe(logs[place], options) for place in places}
     scale = scale_of([*rows.values()])
@@ -277,8 +284,9 @@ def _wind_of(each: Reduction) -> tuple[Array, Array]:
 
 
 def _with_wind(each: Reduction, wind: Array, covariance: Array) -> Reduction:
-    """The reduction with another mean wind, and what follows from it for all other unknowns; as it
-    is, with a warning, where its own wind contradicts that one.
+    """The reduction with another mean wind, and what follows for all other unknowns.
+
+    It is as it was, with a warning, where its own wind contradicts that one.
     """
     own, spread = _wind_of(each)
     offset = wind - own
@@ -302,8 +310,9 @@ def _with_wind(each: Reduction, wind: Array, covariance: Array) -> Reduction:
 def assemble_together(
     joint: Sequence[tuple[Reduction, MetersPerSecond | None]],
 ) -> list[Calibration]:
-    """Assemble the Calibration of each reduction with the joint answer; all have one band for the
-    whole curve.
+    """Assemble the Calibration of each reduction with the joint answer.
+
+    All have one band for the whole curve.
     """
     found = [assemble(reduction, airspeeds) for reduction, airspeeds in joint]
     # The band comes from random draws of all unknowns, of which each flight has its own.
@@ -348,9 +357,10 @@ def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
 
 
 def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:
-    """Cut a log into its flights and reduce each; one part, the whole log, where fewer than two
-    give an answer. Where the whole gives none, as of two winds, it is cut at shorter pauses and at
-    stops.
+    """Cut a log into its flights and reduce each.
+
+    It is one part, the whole log, where fewer than two give an answer. Where the whole gives none,
+    as of two winds, it is cut at shorter pauses and at stops.
     """
     found = _answered(flights_in(log), place, reduce)
     if len(found) >= _FEWEST:

@@ -14,8 +14,10 @@ _TURN = 360.0  # °: tracks of half of it, and less, lie on one side
 
 
 def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
-    """Return the slow and the fast third of a calibration's airspeeds, each where it was flown on
-    one side of the compass only, by the rows of its log that were used.
+    """Return the airspeeds that were flown on one side of the compass only.
+
+    They are the slow and the fast third of a calibration's airspeeds, by the rows of its log that
+    were used.
     """
     used = result.residuals.used
     if len(used) != len(log):  # of several logs joined, each flight has its own
@@ -31,8 +33,9 @@ def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
 
 
 def _arc(track: Array) -> tuple[float, float] | None:
-    """The arc that holds all tracks flown (n,) [°], clockwise from its begin to its end; None where
-    they lie on more than one side.
+    """The arc that holds all tracks flown (n,) [°], clockwise from its begin to its end.
+
+    None where they lie on more than one side.
     """
     count, edges = np.histogram(track, np.linspace(0.0, _TURN, _SECTORS + 1))
     flown = np.flatnonzero(count > _LEAST_SHARE * len(track))

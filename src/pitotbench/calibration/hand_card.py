@@ -37,8 +37,9 @@ def reduce_card(
     stated: Accuracies = USUAL,
     priors: StatedPriors = None,
 ) -> HandCard:
-    """Return the points, curves and slips of a card. Legs are in the order in which they were
-    flown.
+    """Return the points, curves and slips of a card.
+
+    Legs are in the order in which they were flown.
 
     A point's true airspeed and wind are those of the published methods (three legs: Gray 1998;
     four: the mean of the four answers of three legs; more: a circle). Its bound propagates the
@@ -150,8 +151,9 @@ def _point(own: Sequence[int], model: CardModel, stated: Accuracies) -> CardPoin
 
 
 def _height(here: LegAir, indicated: Array, correction: Array) -> tuple[Array, Array]:
-    """Return the altitude corrections [m], true minus indicated, and their change per m/s of the
-    corrections.
+    """Return the altitude corrections [m], and their change per m/s of the corrections.
+
+    They are true minus indicated altitude.
     """
     pressure = float(np.mean(here.static_pressure))
     changed = indicated + np.stack([correction, correction + _STEP])

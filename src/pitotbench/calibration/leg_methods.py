@@ -94,8 +94,9 @@ class LegAir:
     def corrected(
         self, true_airspeed: float, two_sigma: float, stated: Accuracies
     ) -> tuple[float, float]:
-        """Return the correction [m/s] for a true airspeed, and its 2σ from that of the true
-        airspeed [m/s] and the stated accuracies.
+        """Return the correction [m/s] for a true airspeed, and its 2σ.
+
+        The 2σ is from that of the true airspeed [m/s] and from the stated accuracies.
         """
         here, there = self.calibrated_airspeed(np.array([true_airspeed, true_airspeed + _STEP]))
         of_air = self.stated_two_sigma(true_airspeed, stated)
@@ -103,8 +104,9 @@ class LegAir:
         return float(here - self.indicated_airspeed), bound
 
     def stated_two_sigma(self, true_airspeed: float, stated: Accuracies) -> float:
-        """2σ of the calibrated airspeed [m/s] at a true airspeed [m/s] from the stated accuracies
-        of the air data.
+        """2σ of the calibrated airspeed [m/s] from the stated accuracies of the air data.
+
+        It is at a true airspeed [m/s].
 
         The errors are independent. Those of GPS velocity change the wind alone, and a latency
         changes nothing at constant airspeed. A zero offset belongs to the correction, which is
@@ -182,8 +184,9 @@ def wind_from(wind: Array | list[float]) -> float:
 
 
 def answer_of_legs(velocity: Array) -> tuple[Array, float | None]:
-    """Return [V, W_N, W_E] [m/s] of the ground velocities of legs, (n, 2), by the method of their
-    number, and the spread of the answers of three among four.
+    """Return [V, W_N, W_E] [m/s] of the ground velocities of legs, (n, 2).
+
+    The method is that of their number. Further the spread of the answers of three among four.
 
     Raises NoAnswerError for tracks that are too similar.
     """
@@ -199,8 +202,9 @@ def _circles(count: int) -> list[list[int]]:
 
 
 def leg_gain(velocity: Array) -> Array:
-    """Change of the answer of `answer_of_legs` per 1 m/s along the flight path in each ground
-    velocity, (n, 3) [-].
+    """Change of the answer of `answer_of_legs` with each ground velocity, (n, 3) [-].
+
+    It is per 1 m/s along the flight path.
     """
     circles, gain = _circles(len(velocity)), np.zeros((len(velocity), 3))
     for legs in circles:
@@ -220,8 +224,9 @@ def turn_between(one: Array | float, other: Array | float) -> Array:
 
 
 def circle_fit(velocity: Array) -> Array:
-    """Fit a circle to ground velocities (n, 2) at one airspeed: true airspeed and wind [V, W_N,
-    W_E] [m/s].
+    """Fit a circle to ground velocities (n, 2) at one airspeed.
+
+    Its answer is true airspeed and wind [V, W_N, W_E] [m/s].
 
     Least squares of the distances from the circle, by Gauss-Newton from the algebraic fit (Kåsa
     1976). Raises NoAnswerError where the velocities are too similar.
@@ -244,8 +249,9 @@ def circle_fit(velocity: Array) -> Array:
 
 
 def circle_gain(velocity: Array, answer: Array) -> Array:
-    """Change of the answer of `circle_fit` per 1 m/s along the flight path in each ground velocity,
-    (n, 3) [-].
+    """Change of the answer of `circle_fit` with each ground velocity, (n, 3) [-].
+
+    It is per 1 m/s along the flight path.
 
     Parameters: velocity (n, 2) [m/s]; answer [V, W_N, W_E] [m/s]. By the implicit function theorem:
     the gradient of the fit, the sum of r (1, u) with residuals r and unit vectors u of the flight
@@ -267,8 +273,9 @@ def circle_gain(velocity: Array, answer: Array) -> Array:
 
 
 def by_track(toward: Array) -> NDArray[np.intp]:
-    """Return the numbers of the legs, (n,), of pieces along unit vectors (n, 2): pieces on one
-    track are one leg.
+    """Return the numbers of the legs, (n,), of pieces along unit vectors (n, 2).
+
+    Pieces on one track are one leg.
     """
     from scipy.sparse.csgraph import connected_components  # slow to load
 
@@ -356,8 +363,9 @@ class SolvedGroup:
 
 
 def solve_group(group: Legs) -> SolvedGroup:
-    """Solve a group by the method of its number of legs. Raises NoAnswerError for tracks that do
-    not determine the wind.
+    """Solve a group by the method of its number of legs.
+
+    Raises NoAnswerError for tracks that do not determine the wind.
     """
     air, airspeed = group.mean_air(), group.air.true_airspeed()
     off = (airspeed - air.true_airspeed())[:, None]

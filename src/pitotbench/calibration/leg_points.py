@@ -1,5 +1,6 @@
-"""Fixed-speed points from the steady legs and turns of a log: an airspeed, a wind and a correction
-for each group, with bounds.
+"""Fixed-speed points from the steady legs and turns of a log.
+
+Each group gives an airspeed, a wind and a correction, with bounds.
 """
 
 from collections.abc import Sequence
@@ -149,8 +150,9 @@ def steady_groups(log: FlightLog, obs: Observations) -> tuple[Legs, ...]:
 
 
 def _groups(blocks: Legs, pieces: list[Legs]) -> list[Legs]:
-    """Join pieces of the blocks at one airspeed and height to groups of legs on three tracks or
-    more: those that differ little in the mean.
+    """Join pieces of the blocks at one airspeed and height to groups of legs.
+
+    A group has three tracks or more, and its pieces differ little in the mean.
     """
     if len(pieces) < 3:
         return []
@@ -192,8 +194,9 @@ def _rate(values: Array) -> Array:
 
 
 def _holds(piece: Legs) -> bool:
-    """Whether airspeed and height are constant: in the means of the halves gusts average out, and
-    drifts do not.
+    """Whether airspeed and height are constant.
+
+    In the means of the halves gusts average out, and drifts do not.
     """
     airspeed, pressure = _halves(piece.air.true_airspeed()), _halves(piece.air.static_pressure)
     return bool(np.ptp(airspeed) <= _DRIFT and np.ptp(pressure) <= _LEVEL * pressure[0])
@@ -216,8 +219,9 @@ def _as_legs(blocks: Legs, pieces: list[Legs]) -> Legs:
 def _location(
     log: FlightLog, options: CalibrationOptions, found: Calibration | None
 ) -> tuple[float, float]:
-    """Return the share of the static source in the answer, and the standard deviation that its
-    doubt adds, as a share of the difference between the locations.
+    """Return the share of the static source in the answer, and what its doubt adds.
+
+    The latter is a standard deviation, as a share of the difference between the locations.
 
     They are those of the curve's calibration, which is made here where it is not given and the
     height may tell. Without its evidence the static source is an assumption, and the difference is

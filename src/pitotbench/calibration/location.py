@@ -91,8 +91,9 @@ class ErrorPlace:
 
 @dataclass(frozen=True, slots=True)
 class ByHeight:
-    """The curve by height alone: its model, the answer in the parameters of the curve, and what the
-    fit leaves.
+    """The curve by height alone.
+
+    Its model, the answer in the parameters of the curve, and what the fit leaves.
 
     The latter are block means in flight, (n,): time [s], impact pressure and the rest of the
     pressure error [Pa].
@@ -106,8 +107,9 @@ class ByHeight:
 
 
 def assumed_location(header: Mapping[str, object]) -> str:
-    """The location assumed before any evidence: as published for a synthetic log, else the static
-    source.
+    """The location assumed before any evidence.
+
+    It is that published for a synthetic log, else the static source.
 
     The static source has the larger error on nearly every airplane (Gracey 1980).
     """
@@ -122,8 +124,9 @@ def fit_located(
     start: Array,
     path: WindPath | None = None,
 ) -> ErrorPlace:
-    """Fit with the error at the location that the options state, or at the one that the log
-    supports (`auto`).
+    """Fit with the error at its location.
+
+    It is the location that the options state, or the one that the log supports (`auto`).
 
     Parameters: log; options; structure, without altitude rows; obs; start, θ (p,); path of a
     drifting wind. Raises as `fit_covering` does.
@@ -171,8 +174,9 @@ def _with_height(
     bare: Structure,
     near: FirstPass,
 ) -> ErrorPlace:
-    """Add the altitude rows to the answer of the triangle on coarse blocks, and fit the likely
-    locations.
+    """Add the altitude rows to the answer of the triangle, and fit the likely locations.
+
+    The triangle's answer is that on coarse blocks.
     """
     probe = next((each.deviation for each in bare.nuisances if each.name == "temperature_k"), 0.0)
     wide = rows.with_probe(probe)
@@ -252,8 +256,9 @@ _UNKNOWN_WIND = 15.0  # m/s, for the slope of the pressure levels where the wind
 def fit_by_height(
     log: FlightLog, options: CalibrationOptions, obs: Observations, model: PredictionModel
 ) -> ByHeight:
-    """Fit the error of the static source to height and static pressure alone, without wind and
-    airspeed.
+    """Fit the error of the static source to height and static pressure alone.
+
+    Neither wind nor airspeed is used.
 
     At one airspeed the height hardly tells the level of the curve: a smooth curve has a prior of
     it here. Its part in 1/x is a constant pressure, which no height shows, and is taken as none.
@@ -290,8 +295,9 @@ def fit_by_height(
 
 
 def _height_form(log: FlightLog, priors: Priors) -> tuple[Nuisance, ...]:
-    """A part of the heights that no airspeed has: an air-data computer corrects the airspeed and
-    the altitude apart. A log of pressures has none.
+    """A part of the heights that no airspeed has.
+
+    An air-data computer corrects the airspeed and the altitude apart. A log of pressures has none.
     """
     if log.units_by["air_data"] == PRESSURE:
         return ()
@@ -328,9 +334,10 @@ def _with_rows(
 def _updated(
     near: FirstPass, triangle: Solution, bare: Structure, rows: AltitudeRows, start: Array
 ) -> tuple[FirstPass, float, float]:
-    """The same under one prior of the curve; the noise is searched from `start`. What the triangle
-    knows of the unknowns that the rows see is their prior: β = β0 + L z, with LLᵀ its covariance
-    and z standard normal.
+    """The triangle's answer with the altitude rows, under one prior of the curve.
+
+    The noise is searched from `start`. What the triangle knows of the unknowns that the rows see is
+    their prior: β = β0 + L z, with LLᵀ its covariance and z standard normal.
     """
     count, model = bare.model.count, replace(bare.model, static_error=True)
     theta = near.theta + triangle.estimate[:count]
@@ -352,8 +359,9 @@ def _updated(
 
 
 def _chance(z: Array, left: Array) -> float:
-    """Probability of so large an estimate z of a standard normal vector whose posterior covariance
-    is `left`.
+    """Probability of so large an estimate z of a standard normal vector.
+
+    Its posterior covariance is `left`.
 
     Before the data are known, such an estimate has the covariance 1 − `left`.
     """
@@ -384,8 +392,9 @@ def _without_curve(rows: AltitudeRows, noise: Array, gain: float) -> tuple[Array
 
 
 def _tried(problem: Regression, rows: AltitudeRows, start: Array) -> tuple[Array, float]:
-    """The most likely noise of a problem of altitude rows alone, searched from `start`, and the log
-    evidence.
+    """The most likely noise of a problem of altitude rows alone, and the log evidence.
+
+    The noise is searched from `start`.
     """
     return mode_and_evidence(problem, *_noise_and_prior(rows), start)
 
@@ -396,7 +405,8 @@ def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
 
 
 def widened_by(answer: Posterior, difference: Array) -> Posterior:
-    """Widen an answer by its difference (p,) from that for another location, taken as one standard
-    deviation.
+    """Widen an answer by its difference (p,) from that for another location.
+
+    The difference is taken as one standard deviation.
     """
     return replace(answer, covariances=answer.covariances + np.outer(difference, difference))

@@ -1,5 +1,6 @@
-"""The rows and channels of a log that the estimators use, in blocks; logs that cannot be used are
-refused here.
+"""The rows and channels of a log that the estimators use, in blocks.
+
+Logs that cannot be used are refused here.
 """
 
 from collections.abc import Iterable
@@ -64,8 +65,9 @@ class RangeEnd:
 
 
 def range_end(log: FlightLog) -> RangeEnd | None:
-    """Return the end of the impact-pressure sensor's range as the log shows it; None where it shows
-    none.
+    """Return the end of the impact-pressure sensor's range as the log shows it.
+
+    None where it shows none.
 
     A reading at the end of the range is not a measurement. Leaving out the rows at the end alone
     would keep the lulls and lose the gusts, and the curve would be wrong by a part of the gusts. So
@@ -156,8 +158,9 @@ def usable_parts(log: FlightLog) -> UsableParts:
 
 
 def path_angle(log: FlightLog) -> Array:
-    """Return the angle of the path through the air above the horizon, over 20 s about each row,
-    (n,) [rad].
+    """Return the angle of the path through the air above the horizon, (n,) [rad].
+
+    It is over 20 s about each row.
     """
     pressure = np.maximum(log.static_pressure, 1.0)
     group = np.floor((log.time - log.time[0]) / max(1.0, _FEWEST_TOGETHER * interval(log.time)))
@@ -266,8 +269,9 @@ class Observations:
         return replace(self.at(good), used=used)
 
     def as_held(self) -> "Observations":
-        """The same rows with the velocity as logged: each fix is held until the next, as in the
-        paper.
+        """The same rows with the velocity as logged.
+
+        Each fix is held until the next, as in the paper.
         """
         return replace(
             self,
@@ -341,16 +345,19 @@ _HIGH_CLIMB = 500.0  # m: nor beyond this
 
 
 def wind_drifts(options: CalibrationOptions, obs: Observations) -> bool:
-    """Whether the wind of the rows drifts: where asked for, or where it is checked and the flight
-    is long.
+    """Whether the wind of the rows drifts.
+
+    It does where asked for, or where it is checked and the flight is long.
     """
     long = obs.time[-1] - obs.time[0] > _LONG_FLIGHT or float(np.ptp(obs.height())) > _HIGH_CLIMB
     return options.wind == "drifting" or (options.wind == "checked" and bool(long))
 
 
 def parts_of(log: FlightLog, options: CalibrationOptions) -> UsableParts:
-    """Return the usable parts of a log; all of it where the user has chosen the rows, those on
-    condition, or has stated the slowest airspeed.
+    """Return the usable parts of a log.
+
+    It is all of it where the user has chosen the rows, those on condition, or has stated the
+    slowest airspeed.
     """
     chosen = options.on_condition or options.slowest is not None
     return _every_row(log) if chosen else usable_parts(log)
@@ -396,8 +403,9 @@ def usable_rows(
 
 
 def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
-    """Return in words the limits of Mach and ground speed if they leave out most rows in flight;
-    else nothing.
+    """Return in words the limits that leave out most rows in flight.
+
+    They are limits of Mach and ground speed; "" where they do not.
     """
     free = replace(options, mach_max=None, ground_speed_min=0.0)
     found = usable_rows(log, free).rows
@@ -489,8 +497,9 @@ _RATE_OVER = 2.0  # s: short against a turn, long against the noise of a velocit
 
 
 def _acceleration(time: Seconds, velocity: Array, stretch: NDArray[np.intp]) -> Array:
-    """The change of velocities (2, n) over two seconds around each row, (n, 2) [m/s²], within its
-    stretch; 0 for a row alone.
+    """The change of velocities (2, n) over two seconds around each row, (n, 2) [m/s²].
+
+    It is taken within the row's stretch; 0 for a row alone.
 
     The rows must lie between fixes: a velocity is held beyond the last, as if a turn ended there.
     """
@@ -523,8 +532,10 @@ _MOST_BLOCKS = 5000  # of a flight: of more the bound hardly falls, and the time
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """The block of each row, (rows,), the number of rows per block, (n,), and the blocks' intervals
-    in time.
+    """The blocks of rows.
+
+    The block of each row, (rows,), the number of rows per block, (n,), and the blocks' intervals in
+    time.
 
     Their means keep slow signals, average out fast sensor noise and shorten the sums. `length` is
     that of a block [s].
@@ -548,8 +559,10 @@ class Blocks:
 
 
 def block_length(obs: Observations) -> float:
-    """Length of a block [s]: 0.5, or with data of two minutes or more 1, of eight 2, of an hour 4,
-    and more where there would be over 5,000 blocks.
+    """Length of a block [s].
+
+    It is 0.5, or with data of two minutes or more 1, of eight 2, of an hour 4, and more where there
+    would be over 5,000 blocks.
     """
     duration = len(obs) * float(np.median(np.diff(obs.time)))
     if duration > _LONGEST:
@@ -571,8 +584,9 @@ def divide(obs: Observations, length: float) -> Blocks:
 
 
 def intervals_of(cell: NDArray[np.intp], length: float) -> Intervals:
-    """Return the edges of blocks of a length [s] in cells (n,). Neighbors share one; after an empty
-    cell there is a new one.
+    """Return the edges of blocks of a length [s] in cells (n,).
+
+    Neighbors share one; after an empty cell there is a new one.
     """
     joined = np.concatenate([[False], (np.diff(cell) == 1)])
     left = np.cumsum(np.where(joined, 1, 2)) - 2

@@ -1,5 +1,6 @@
-"""The options of a calibration, and the accuracies of constant errors that the residual does not
-show.
+"""The options of a calibration, and the accuracies of constant errors.
+
+The residual does not show these errors.
 """
 
 import re
@@ -25,8 +26,9 @@ WITHOUT_TEMPERATURE = 15.0
 
 @dataclass(frozen=True, slots=True)
 class Accuracies:
-    """2σ of errors that are constant over a log, and over several logs of one airplane; 0 leaves an
-    error out.
+    """2σ of errors that are constant over a log, and over several logs of one airplane.
+
+    0 leaves an error out.
 
     Each widens the bound: the residual does not show them. Where an accuracy is not stated, the
     usual one is assumed, because a bound for an exact temperature would be too small on nearly
@@ -262,8 +264,9 @@ def priors_of(stated: StatedPriors, header: Mapping[str, object] = MappingProxyT
 
 
 def stated_of(priors: StatedPriors) -> dict[str, float]:
-    """Return the priors that somebody stated, by name; of a whole record those that are not usual.
-    Raises as `priors_of`.
+    """Return the priors that somebody stated, by name.
+
+    Of a whole record they are those that are not usual. Raises as `priors_of`.
     """
     if isinstance(priors, Mapping):
         return _numbers("prior", priors, fields(Priors), "gust_length_m = 300")
@@ -272,8 +275,9 @@ def stated_of(priors: StatedPriors) -> dict[str, float]:
 
 
 def priors_of_card(stated: StatedPriors) -> Priors:
-    """Return the priors for a card of legs. Raises BadInputError as `priors_of`, and for a prior
-    that a card does not take.
+    """Return the priors for a card of legs.
+
+    Raises BadInputError as `priors_of`, and for a prior that a card does not take.
     """
     for name in stated_of(stated):
         if name not in CARD_PRIORS:
@@ -306,8 +310,9 @@ class StatedWind:
 
 
 def stated_wind(text: str) -> StatedWind | None:
-    """Return the wind of a text such as `0`, `8@250` or `8±1@250` (kt from °, 2σ after the sign);
-    None for another text.
+    """Return the wind of a text such as `0`, `8@250` or `8±1@250`.
+
+    It is in kt from °, with 2σ after the sign; None for another text.
 
     Without `±` it has 2 kt (2σ). Raises BadInputError for a wind without its direction, and for one
     that never blows.
@@ -402,8 +407,9 @@ class CalibrationOptions(CalibrationChoices):
 
 
 def require_model(name: str) -> None:
-    """Raise UnknownNameError unless a model of the table has this name, or stands for the smooth
-    curve.
+    """Raise UnknownNameError unless a model of the table has this name.
+
+    Or the name stands for the smooth curve.
     """
     if name not in (*MODELS, *_NOW_SMOOTH):
         raise UnknownNameError(explain(MODELS.kind, name, [*MODELS, AUTO]))
@@ -450,8 +456,10 @@ _READ: dict[str, Callable[[str], dict[str, object]]] = {  # what is neither text
 
 
 def choices_of(texts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the choices by name that texts state, as the flags take them, a text or None for each
-    option; a switch is any text. Raises BadInputError for a text that cannot be read.
+    """Return the choices by name that texts state, as the flags take them.
+
+    There is a text or None for each option; a switch is any text. Raises BadInputError for a text
+    that cannot be read.
     """
     found: dict[str, Any] = {}
     for each in asked_fields(CalibrationChoices):

@@ -1,5 +1,6 @@
-"""Output error as in the paper: maximum likelihood with white residuals whose covariance is
-re-estimated.
+"""Output error as in the paper: maximum likelihood with white residuals.
+
+Their covariance is re-estimated.
 
 Klein and Morelli, Aircraft System Identification, 2006, ch. 6 (Gauss-Newton with the modified
 Newton-Raphson information matrix); Martos, Kiszely and Foster (2011) used the routine of the same
@@ -31,8 +32,9 @@ Outputs = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True, slots=True)
 class OutputErrorFit:
-    """θ (p,) with its white Cramér-Rao covariance (p, p), and residuals (m, n) [m/s] with their
-    covariance (m, m).
+    """θ (p,) with its white Cramér-Rao covariance (p, p).
+
+    The residuals (m, n) [m/s] have the covariance (m, m).
 
     The condition number is that of the scaled information matrix; `reason` says why the iteration
     ended.
@@ -85,8 +87,9 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
 
 
 def _at_start(outputs: Outputs, start: Array) -> tuple[Array, Array]:
-    """The outputs at the start. Raises NoAnswerError where the model has no prediction for some
-    row.
+    """The outputs at the start.
+
+    Raises NoAnswerError where the model has no prediction for some row.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         residuals, jacobian = outputs(start)
@@ -99,8 +102,9 @@ def _at_start(outputs: Outputs, start: Array) -> tuple[Array, Array]:
 
 
 def _condition_number(information: Array, scale: Array) -> float:
-    """Condition number of the scaled information matrix; infinite where a parameter changes no
-    output.
+    """Condition number of the scaled information matrix.
+
+    It is infinite where a parameter changes no output.
     """
     if not np.all(np.isfinite(information)) or not np.all(scale > 0.0):
         return float("inf")
@@ -141,8 +145,9 @@ def _step(
 def _line_search(
     outputs: Outputs, theta: Array, step: Array, descent: float, noise: Array, residuals: Array
 ) -> tuple[tuple[Array, Array, Array] | None, bool]:
-    """Halve the step until the weighted squares fall enough (Armijo condition), and say whether
-    they do.
+    """Halve the step until the weighted squares fall enough, and say whether they do.
+
+    The rule is the Armijo condition.
 
     Enough is a fixed share of the fall that the gradient predicts; `descent` is gradient · step.
     Without this condition the steps cross a curved valley from side to side. The first result is
@@ -205,8 +210,9 @@ def fit_scalar(
 
 
 def airspeed_outputs(model: PredictionModel, obs: Observations) -> Outputs:
-    """Return the function of θ that gives the residual of indicated airspeed, (1, n) [m/s], and the
-    Jacobian.
+    """Return the function of θ that gives the residual of indicated airspeed.
+
+    It gives the residual, (1, n) [m/s], and the Jacobian.
     """
     measured = air.calibrated_airspeed(obs.impact_pressure)
 

@@ -21,8 +21,10 @@ _CHANCE = 0.01  # of a change where there is none, below which it is named
 def over_dates(
     names: Sequence[str], logs: Sequence[Sequence[CalibratedFlight]]
 ) -> OverDates | None:
-    """Return the corrections over dates, of the flights of each log by itself; None for fewer than
-    three logs with a date and an answer that may be used, and where they share no airspeeds.
+    """Return the corrections over dates, of the flights of each log by itself.
+
+    None for fewer than three logs with a date and an answer that may be used, and where they share
+    no airspeeds.
     """
     found = []
     for name, flights in zip(names, logs, strict=True):
@@ -60,8 +62,9 @@ def over_dates(
 def change_of(
     airspeed: MetersPerSecond, correction: MetersPerSecond, two_sigma: MetersPerSecond
 ) -> DatedChange | None:
-    """Return the clearest change of the corrections (n, c) of flights in their order; None where
-    chance may have made it.
+    """Return the clearest change of the corrections (n, c) of flights in their order.
+
+    None where chance may have made it.
 
     The weighted means before and after each flight are compared at each airspeed. Flights that
     scatter by more than their 2σ widen the comparison (Birge, Physical Review 40, 1932); what they

@@ -1,5 +1,6 @@
-"""The predicted air data for a ground velocity, a wind, an error curve and nuisances, with the
-exact Jacobian.
+"""The air data that a ground velocity, a wind, an error curve and nuisances predict.
+
+Its Jacobian is exact.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -113,8 +114,9 @@ class PredictionModel:
         )
 
     def curve_columns(self, prediction: Prediction, shift: MetersPerSecond) -> MetersPerSecond:
-        """The change of the predicted airspeed with the curve's parameters, (n, K), where the true
-        airspeed is `shift` (n,) [m/s] beyond the predicted one.
+        """The change of the predicted airspeed with the curve's parameters, (n, K).
+
+        The true airspeed is `shift` (n,) [m/s] beyond the predicted one.
         """
         columns = np.empty((self.error_count, len(shift))).T  # contiguous each
         for rows in _blocks(len(shift)):
@@ -143,8 +145,9 @@ class _Work:
         self._ratio, self._ratio_slope, self._by_ratio = self.jacobian[:, :3].T
 
     def place(self, rows: slice) -> None:
-        """Find the impact pressure of the ground velocity less the wind, as a share of the static
-        pressure.
+        """Find the impact pressure of the ground velocity less the wind.
+
+        It is a share of the static pressure.
         """
         obs = self._obs
         north, east, down = self._through_air(rows)
@@ -160,8 +163,9 @@ class _Work:
         return obs.velocity_north[rows] - wind[0], obs.velocity_east[rows] - wind[1], down
 
     def improve(self, rows: slice) -> float:
-        """Take one Newton step to the solution of q_ci = F(f(q_ci/q_ref)), and return the largest
-        step [Pa].
+        """Take one Newton step to the solution of q_ci = F(f(q_ci/q_ref)).
+
+        Return the largest step [Pa].
         """
         model, ratio, impact, q = (
             self._model,
@@ -221,8 +225,9 @@ _SLACK_KT = 1.5  # a round airspeed this far outside the data still counts as co
 
 @dataclass(frozen=True, slots=True)
 class CurveMap:
-    """The curve and its gradients as functions of the error parameters k (K,), at fixed indicated
-    airspeeds (c,).
+    """The curve and its gradients as functions of the error parameters k (K,).
+
+    They are at fixed indicated airspeeds (c,).
 
     `indicated_airspeed` [m/s] is the raw reading. `zero` [Pa] is the zero offset of the impact
     pressure in it; q_ci is the reading minus the offset.
@@ -233,8 +238,9 @@ class CurveMap:
     zero: float = 0.0
 
     def impact_pressure(self) -> Pascal:
-        """q_ci at the curve's airspeeds [Pa], (c,): the pressure at the ports, without the sensor's
-        zero offset.
+        """q_ci at the curve's airspeeds [Pa], (c,).
+
+        It is the pressure at the ports, without the sensor's zero offset.
         """
         return air.impact_pressure(self.indicated_airspeed) - self.zero
 
@@ -281,8 +287,9 @@ class CurveMap:
         )
 
     def altitude_by_total(self, k: Array, static_pressure: float, share: float) -> Meters:
-        """Change of the altitude correction [m], (c,), where a share of the impact pressure is the
-        total source's error and not the static source's.
+        """Change of the altitude correction [m], (c,), with the total source's error.
+
+        A share of the impact pressure is then the total source's error and not the static source's.
         """
         pressure = self.impact_pressure()
         true = static_pressure - pressure * (1.0 / (1.0 - self.normalized(k)) - 1.0)
@@ -299,8 +306,9 @@ class CurveMap:
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
-    """Round indicated airspeeds [m/s], (c,), over the range of the data (n,) between its 0.1 and
-    99.9 percentiles.
+    """Round indicated airspeeds [m/s], (c,), over the range of the data (n,).
+
+    The range is that between its 0.1 and 99.9 percentiles.
 
     They are multiples of the least step in knots that gives 32 points or fewer.
     """
@@ -328,8 +336,9 @@ def curve_moved(
 
 @dataclass(frozen=True, slots=True)
 class WindPath:
-    """The wind less its mean, around which a problem is linearized: times (k,) [s], and (k, 2)
-    [m/s] there.
+    """The wind less its mean, around which a problem is linearized.
+
+    Times (k,) [s], and (k, 2) [m/s] there.
 
     A wind that drifts far is no small correction to its mean; each pass estimates the path again.
     """
@@ -366,8 +375,9 @@ def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
 
 
 def correlated(blocks: Blocks, correlation_time: float, values: Array) -> Array:
-    """Multiply values of the blocks, (blocks, m), by the matrix of the process's correlations,
-    (blocks, blocks).
+    """Multiply values of the blocks, (blocks, m), by the process's correlations.
+
+    They are a matrix (blocks, blocks).
 
     A pass forward and one backward take the place of the matrix, which for a long flight would be
     large.
@@ -395,8 +405,9 @@ class MeanWind:
     unknown: Array
 
     def of(self, answer: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return the answer (estimate (p,), covariance (p, p)) with the mean wind in place of the
-        wind's level.
+        """Return the answer with the mean wind in place of the wind's level.
+
+        An answer is an estimate (p,) and a covariance (p, p).
         """
         response, regressors = self.problem.response, self.problem.regressors
         estimate, covariance = answer[0].copy(), answer[1]
@@ -540,8 +551,9 @@ _GUSTY = 2.0  # times its change, the mean pressure of a wind whose gusts are a 
 
 
 def _zero(rests: Sequence[Rest], stated: Accuracies, priors: Priors) -> Nuisance:
-    """The zero of the impact pressure, as it reads at rest: there a wind may blow into the tube,
-    and until the flight the zero moves.
+    """The zero of the impact pressure, as it reads at rest.
+
+    There a wind may blow into the tube, and until the flight the zero moves.
     """
     wide = Nuisance(ZERO, 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope)
     if not rests:
@@ -570,8 +582,9 @@ def _smoothing(options: CalibrationOptions, obs: Observations) -> float:
 def with_filter(
     nuisances: Sequence[Nuisance], found: Array, covariance: Array
 ) -> tuple[Nuisance, ...]:
-    """Widen the prior of the smoothing by the mean square of the latency that was found, of
-    nuisances with an estimate (m,) and a covariance (m, m): a filter makes both, and none makes
+    """Widen the prior of the smoothing by the mean square of the latency that was found.
+
+    The nuisances have an estimate (m,) and a covariance (m, m). A filter makes both, and none makes
     the velocity early.
     """
     names = [each.name for each in nuisances]
@@ -619,8 +632,9 @@ def _latencies(
 
 
 def with_signs(answer: Posterior, nuisances: Sequence[Nuisance], first: int) -> Posterior:
-    """Return an answer in which the nuisances that are `positive` are; `first` is the place of the
-    first nuisance.
+    """Return an answer in which the nuisances that are `positive` are.
+
+    `first` is the place of the first nuisance.
     """
     for place, nuisance in enumerate(nuisances, start=first):
         if nuisance.positive:
@@ -629,8 +643,9 @@ def with_signs(answer: Posterior, nuisances: Sequence[Nuisance], first: int) -> 
 
 
 def _of_pressure(name: str, deviation: float, share: Share) -> Nuisance:
-    """An error of the static source beside the curve of level flight, as a share of the impact
-    pressure.
+    """An error of the static source beside the curve of level flight.
+
+    It is a share of the impact pressure.
     """
 
     def column(prediction: Prediction, obs: Observations) -> MetersPerSecond:
@@ -645,8 +660,10 @@ def _of_pressure(name: str, deviation: float, share: Share) -> Nuisance:
 
 
 def _turn_lift(obs: Observations) -> Share:
-    """In a turn the lift coefficient is n/q: the curve of level flight holds 1/q, and n − 1 is
-    left. One in the middle of the flown ln q_ci.
+    """What a turn adds to the lift that the curve of level flight holds.
+
+    In a turn the lift coefficient is n/q: the curve holds 1/q, and n − 1 is left. One in the middle
+    of the flown ln q_ci.
     """
     low, high = np.quantile(obs.impact_pressure, [0.001, 0.999])
     middle = float(np.sqrt(low * high))
@@ -654,8 +671,9 @@ def _turn_lift(obs: Observations) -> Share:
 
 
 def in_turns() -> Nuisance:
-    """An error of the static source in turns, as sideslip makes it: one is the impact pressure at
-    30° of bank, proportional to the tangent of the bank.
+    """An error of the static source in turns, as sideslip makes it.
+
+    One is the impact pressure at 30° of bank, proportional to the tangent of the bank.
     """
     return _of_pressure(
         "turns", 1.0, lambda impact, load: np.sqrt(load**2 - 1.0) / np.tan(30.0 * DEGREE)
@@ -677,8 +695,9 @@ _LEAST_TURNING, _ONE_SIDE = 0.1, 0.95  # of the rows, and of those that turn
 
 
 def side_of_turns(prediction: Prediction, obs: Observations) -> str:
-    """The side to which all turns of the rows are, `left` or `right`; empty where they are to both,
-    or few.
+    """The side to which all turns of the rows are, `left` or `right`.
+
+    It is empty where they are to both, or few.
     """
     across = -_across(prediction, obs)
     turning = across[np.abs(across) > _BANKED]
@@ -720,8 +739,9 @@ def _layers(obs: Observations, deviation: float) -> tuple[Nuisance, ...]:
 
 
 def _slope(flown: Observations, low: float, high: float) -> Change:
-    """A change by one in 300 m between two heights [m], none below and above, and zero in the mean
-    of what was flown.
+    """A change by one in 300 m between two heights [m], zero in the mean of what was flown.
+
+    Below and above there is none.
     """
     middle = float(np.mean(np.clip(flown.height(), low, high)))
     return lambda obs: (np.clip(obs.height(), low, high) - middle) / _WIND_HEIGHT
@@ -736,8 +756,9 @@ def _both_axes(changes: Mapping[str, Change], deviation: float) -> tuple[Nuisanc
 
 
 def path_of_nuisances(nuisances: Sequence[Nuisance], values: Array, obs: Observations) -> Array:
-    """Return the wind that nuisances of given values (m,) add to each row, toward north and east,
-    (n, 2) [m/s].
+    """Return the wind that nuisances of given values (m,) add to each row.
+
+    It is toward north and east, (n, 2) [m/s].
     """
     added = np.zeros((len(obs), 2))
     for nuisance, value in zip(nuisances, values, strict=True):
@@ -770,8 +791,9 @@ def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerS
 
 
 def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
-    """Change of the predicted airspeed per second of GPS latency, (n,) [m/s]: the ground
-    acceleration along it.
+    """Change of the predicted airspeed per second of GPS latency, (n,) [m/s].
+
+    It is the ground acceleration along it.
     """
     return np.asarray(-np.einsum("na,na->n", along_track(prediction), obs.acceleration))
 
@@ -783,8 +805,10 @@ def _across(prediction: Prediction, obs: Observations) -> Array:
 
 
 def _by_smoothing(prediction: Prediction, obs: Observations) -> MetersPerSecond:
-    """Change of the predicted airspeed per s² of τ²: a velocity that turns at ω and is smoothed
-    over τ is too short by 1/√(1 + ω²τ²), of which the first term is kept.
+    """Change of the predicted airspeed per s² of τ², the smoothing of the velocity.
+
+    A velocity that turns at ω and is smoothed over τ is too short by 1/√(1 + ω²τ²), of which the
+    first term is kept.
 
     A mean over T is a smoothing with τ² = T²/12.
     """

@@ -1,5 +1,6 @@
-"""The reduction of one log: selection of rows, white fit, screening of faulty rows, noise and
-answer.
+"""The reduction of one log.
+
+Selection of rows, white fit, screening of faulty rows, noise and answer.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -130,8 +131,10 @@ class Reduction:
 
 @dataclass(frozen=True, slots=True)
 class CurveScale:
-    """Where a curve is described: its reference pressure q_ref [Pa], and the flown range `low` to
-    `high` of x = q_ci/q_ref, without the outermost thousandths.
+    """Where a curve is described.
+
+    Its reference pressure q_ref [Pa], and the flown range `low` to `high` of x = q_ci/q_ref,
+    without the outermost thousandths.
     """
 
     reference_pressure: float
@@ -185,8 +188,9 @@ def reduce_log(
 
 
 def _require_observable(model: PredictionModel, obs: Observations, log: FlightLog) -> None:
-    """Raise NoAnswerError where the rows do not determine the answer; name the sensor's range if
-    that is why.
+    """Raise NoAnswerError where the rows do not determine the answer.
+
+    It names the sensor's range if that is why.
     """
     try:
         require_observable(model, obs)
@@ -200,8 +204,9 @@ def _require_observable(model: PredictionModel, obs: Observations, log: FlightLo
 def _relevant_assumptions(
     assumed: tuple[Assumption, ...], options: CalibrationOptions, reduction: Reduction
 ) -> tuple[Assumption, ...]:
-    """The accuracies that the bound of this log depends on: the usual names, others that are not
-    zero, and what the rows at rest say.
+    """The accuracies that the bound of this log depends on.
+
+    They are the usual names, others that are not zero, and what the rows at rest say.
     """
     obs = reduction.observations
     at_rest = {n.name: 2.0 * n.measured[1] for n in reduction.nuisances if n.measured is not None}
@@ -252,8 +257,9 @@ def flown_range(obs: Observations, reference_pressure: float) -> tuple[float, fl
 
 
 def reference_of(observed: Sequence[Observations]) -> float:
-    """Return the usual reference pressure [Pa], or for fast airplanes the median of the data,
-    rounded.
+    """Return the usual reference pressure [Pa].
+
+    For fast airplanes it is the median of the data, rounded.
     """
     middle = float(np.median(np.concatenate([obs.impact_pressure for obs in observed])))
     if middle < _FULL_SCALE_RATIO * REFERENCE_PRESSURE:
@@ -329,8 +335,9 @@ def _screened(
 def _along_path(
     model: PredictionModel, options: CalibrationOptions, obs: Observations
 ) -> FirstPass | None:
-    """The first pass with a drifting wind, from the constant one that fits best; None for another
-    wind.
+    """The first pass with a drifting wind, from the constant one that fits best.
+
+    None for another wind.
     """
     if options.method != "covering" or not wind_drifts(options, obs):
         return None
@@ -360,8 +367,9 @@ def _white_fit(
 
 
 def _cover(log: FlightLog, white: Reduction) -> Reduction:
-    """Give the white reduction the covering fit. Raises NoAnswerError where the latency is to be
-    estimated and the log does not determine it.
+    """Give the white reduction the covering fit.
+
+    Raises NoAnswerError where the latency is to be estimated and the log does not determine it.
     """
     found = _covered(white, _located(log, white))
     latency = found.diagnostics.latency
@@ -496,8 +504,9 @@ def _warnings(
 
 
 def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | None) -> bool:
-    """Whether a warning of turned axes tells of a latency only: as the airplane turns, a late track
-    is turned back.
+    """Whether a warning of turned axes tells of a latency only.
+
+    As the airplane turns, a late track is turned back.
 
     A latency that is known to be none, or not known at all, explains nothing.
     """
@@ -509,8 +518,9 @@ def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | N
 
 
 def _is_named(change: WindChange) -> bool:
-    """Whether the log asks for a change of the wind that matters, and a constant wind would seldom
-    look so.
+    """Whether the log asks for a change of the wind that matters.
+
+    A constant wind would seldom look so.
     """
     return (
         change.bayes_factor > MIN_BAYES_FACTOR

@@ -1,5 +1,6 @@
-"""The Calibration assembled from a reduction by either method, with the steps of a display in its
-bound.
+"""The Calibration assembled from a reduction by either method.
+
+It has the steps of a display in its bound.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -115,9 +116,10 @@ _DOUBTED = 5.0  # K, of a probe: what a user can be asked to rule out
 
 
 def _day(reduction: Reduction, shares: Sequence[Share], curve: CurveMap) -> DayTemperature | None:
-    """What the temperature is, and what a probe that is off by 5 K would do beyond what the log
-    shows of it, at all airspeeds or at the slowest alone. None where the temperature is assumed, or
-    stated as exact.
+    """What the temperature is, and what a probe that is off by 5 K would do.
+
+    It is what lies beyond what the log shows of it, at all airspeeds or at the slowest alone. None
+    where the temperature is assumed, or stated as exact.
     """
     obs, stated = reduction.observations, accuracies_of(reduction.options.accuracies, {})
     part = next((each for each in shares if each.name == "temperature_k"), None)
@@ -151,8 +153,9 @@ def _one_window(reduction: Reduction, wind: WindEstimate) -> tuple[WindowWind, .
 
 
 def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibration:
-    """Return the Calibration by height alone, of a log whose headings are all alike: the wind stays
-    unknown.
+    """Return the Calibration by height alone, of a log whose headings are all alike.
+
+    The wind stays unknown.
 
     Raises as `location.fit_by_height` does.
     """
@@ -286,8 +289,9 @@ def with_altitude(
     total_source: float,
     assumed: bool = False,
 ) -> ErrorCurve:
-    """Add the altitude correction [m] and its 2σ to the curve where the error is the static
-    source's, but for `total_source`, 2σ of the total source's share.
+    """Add the altitude correction [m] and its 2σ where the error is the static source's.
+
+    `total_source` is 2σ of the total source's share.
 
     They are computed at the median of the log's static pressures. Where the place of the error is
     `assumed`, there may be no error of the altitude at all, and the 2σ holds 0.
@@ -311,8 +315,9 @@ def with_altitude(
 
 
 def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> Array:
-    """Derivative of the correction [m/s] with respect to all of θ, (c, p), including the zero
-    offset.
+    """Derivative of the correction [m/s] with respect to all of θ, (c, p).
+
+    θ includes the zero offset.
     """
     k = answer.mean[: curve.model.error_count]
     gradient, place = (
@@ -338,8 +343,9 @@ def _shares(
     each: Sequence[Estimate],
     whole: MetersPerSecond,
 ) -> tuple[Share, ...]:
-    """The contribution of each nuisance to the bounds: `whole` (c,) of the curve, and those of
-    `each` unknown.
+    """The contribution of each nuisance to the bounds.
+
+    `whole` (c,) are those of the curve, `each` those of each unknown.
     """
     free, count = curve.model.error_count, curve.model.count
     gradient = correction_gradient(curve, answer, nuisances)
@@ -408,8 +414,9 @@ _ORDERS = np.arange(1.0, 51.0)
 
 
 def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
-    """Return a calibration whose curve has the steps of the log's display in its bounds; as it is
-    without any.
+    """Return a calibration whose curve has the steps of the log's display in its bounds.
+
+    It is as it is without any.
 
     The header's table `display` holds the steps: `airspeed_mps` and `ground_speed_mps`.
     """
@@ -439,8 +446,9 @@ def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
 def display_two_sigma(
     log: FlightLog, indicated_airspeed: MetersPerSecond, steps: Mapping[str, float]
 ) -> MetersPerSecond:
-    """Return 2σ [m/s] that the steps of a display leave in the correction at indicated airspeeds,
-    (c,) [m/s].
+    """Return 2σ [m/s] that the steps of a display leave in the correction.
+
+    It is at indicated airspeeds, (c,) [m/s].
 
     It is what the residual of a log cannot show. On a steady leg a display shows one number, which
     is wrong by up to half a step and never scatters. Near each airspeed the mean of the readings
@@ -475,8 +483,9 @@ def display_two_sigma(
 
 
 def share_that_stays(time: Seconds, reading: Array) -> Array:
-    """Return the share of the rounding variance that the mean of a reading keeps, (n,), from 0 to
-    1.
+    """Return the share of the rounding variance that the mean of a reading keeps.
+
+    It is (n,), from 0 to 1.
 
     `reading` (n,) is in steps. A reading that stands still keeps 1. The scatter is taken within
     windows of ten seconds, less the variance of the rounding itself (Sheppard's correction); a
@@ -496,8 +505,9 @@ def share_that_stays(time: Seconds, reading: Array) -> Array:
 
 
 def _different(channels: tuple[Array, ...], near: Array) -> float:
-    """Return how many different readings the chosen rows hold, a reading of many rows counting
-    once; at least 1.
+    """Return how many different readings the chosen rows hold, at least 1.
+
+    A reading of many rows counts once.
     """
     _, counts = np.unique(np.stack([c[near] for c in channels]), axis=1, return_counts=True)
     return float(counts.sum() ** 2 / np.sum(counts.astype(np.float64) ** 2))

@@ -108,9 +108,10 @@ def with_scale(result: Calibration, log: FlightLog) -> Calibration:
 
 
 def _of_curve(result: Calibration) -> Scale:
-    """The factor that the curve holds: its ratios of calibrated and indicated airspeed over the
-    speeds of the log are one factor and, at each of them, the airplane's own error. A zero that was
-    read at rest is none of the factor.
+    """The factor that the curve holds.
+
+    Its ratios of calibrated and indicated airspeed over the speeds of the log are one factor and,
+    at each of them, the airplane's own error. A zero that was read at rest is none of the factor.
     """
     curve, flown = result.curve, np.quantile(result.residuals.indicated_airspeed, _OVER)
     count, zero = len(curve.correction), result.zero_at_rest
@@ -129,8 +130,9 @@ def _of_curve(result: Calibration) -> Scale:
 def _odds(
     result: Calibration, scale: Scale, log: FlightLog
 ) -> tuple[float, list[tuple[_Cause, float]]]:
-    """The probability of a sensor's own factor, and of each other cause of such a factor, the
-    greatest first. What a recorder's format fixes is none.
+    """The probability of a sensor's own factor, and of each other cause of such a factor.
+
+    The greatest comes first. What a recorder's format fixes is none.
     """
     by = log.units_by
     free = {name for name, what in by.items() if what in (NAMED, GUESSED)}
@@ -151,8 +153,9 @@ def _density(distance: float, spread: float) -> float:
 
 
 def _true_airspeed(result: Calibration, log: FlightLog) -> list[_Cause]:
-    """A true airspeed in the column of the indicated one, where it would leave no more of the curve
-    than an airplane's own error.
+    """A true airspeed in the column of the indicated one.
+
+    It counts where it would leave no more of the curve than an airplane's own error.
     """
     static, shown = float(np.median(log.static_pressure)), result.curve.indicated_airspeed
     height = air.pressure_altitude(static)
@@ -177,8 +180,9 @@ def _factor_words(scale: Scale) -> str:
 
 
 def _settings(result: Calibration, scale: Scale) -> str:
-    """The factor as the parameter of an autopilot: the value that `--params` gives, where it gives
-    one.
+    """The factor as the parameter of an autopilot.
+
+    It is the value that `--params` gives, where it gives one.
     """
     recorded = result.autopilot or RecordedAutopilot({})
     if name := autopilot_of(recorded.parameters, recorded.sensor):

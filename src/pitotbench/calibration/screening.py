@@ -76,8 +76,9 @@ def _suspicious(model: PredictionModel, obs: Observations, theta: Array) -> bool
 
 
 def _residual(model: PredictionModel, obs: Observations, theta: Array) -> Array:
-    """Measured minus predicted indicated airspeed [m/s]; 1000 m/s where the model has no
-    prediction.
+    """Measured minus predicted indicated airspeed [m/s].
+
+    It is 1000 m/s where the model has no prediction.
     """
     with np.errstate(invalid="ignore"):
         predicted = air.calibrated_airspeed(model.predict(theta, obs).indicated)
@@ -85,8 +86,9 @@ def _residual(model: PredictionModel, obs: Observations, theta: Array) -> Array:
 
 
 def _median_fit(model: PredictionModel, obs: Observations, good: Booleans) -> Array:
-    """Fit output error to one row per good second, that with the median residual, so that spikes
-    have no effect.
+    """Fit output error to one row per good second.
+
+    It is that with the median residual, so that spikes have no effect.
     """
     kept = obs.select(good)
     theta = np.zeros(model.count)
@@ -122,8 +124,9 @@ def _spikes(residual: Array) -> Booleans:
 def _long_faults(
     residual: Array, obs: Observations, good: Booleans, means: bool = False
 ) -> Booleans:
-    """Rows far from the good ones, and all rows of a second whose median (or mean) residual is far
-    from them.
+    """Rows far from the good ones, and all rows of a second that is far from them.
+
+    A second is judged by the median (or mean) of its residuals.
 
     They must also be far from the usual residual around them. A model that cannot follow the curve
     gives residuals that change slowly; a fault is sudden. Where the seconds around scatter more

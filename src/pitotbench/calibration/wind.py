@@ -1,5 +1,6 @@
-"""Whether the wind of a log changed: the evidence for a change, and the answer averaged over what
-it may be.
+"""Whether the wind of a log changed.
+
+The evidence for a change, and the answer averaged over what it may be.
 """
 
 from collections.abc import Callable, Sequence
@@ -56,8 +57,9 @@ class HeadingRows:
 def heading_rows(
     obs: Observations, blocks: Blocks, airspeed: MetersPerSecond
 ) -> HeadingRows | None:
-    """Compute the rows; None for a log without heading or straight flight. `airspeed` (blocks,) is
-    the true one.
+    """Compute the rows; None for a log without heading or straight flight.
+
+    `airspeed` (blocks,) is the true one.
 
     They give the wind across the heading, without an airspeed. Without sideslip the velocity
     through the air points along the heading, so the ground velocity across the heading is the wind
@@ -98,8 +100,9 @@ def heading_rows(
 
 
 def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
-    """White noise and a slow wander, by the usual difference of neighbors and of rows some time
-    after one another.
+    """White noise and a slow wander, by the usual differences of rows.
+
+    They are those of neighbors, and of rows some time after one another.
 
     Medians of differences do not see a single change of the wind.
     """
@@ -154,8 +157,9 @@ _LEAST_WEIGHT = 1e-3  # of a change in the answer
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """One kind of change: the columns' places (k,), their prior deviations [m/s] (k,), and the log
-    of its share.
+    """One kind of change.
+
+    The columns' places (k,), their prior deviations [m/s] (k,), and the log of its share.
     """
 
     kind: str
@@ -167,8 +171,9 @@ class _Change:
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:
-    """Changes of one component of the wind, (blocks, s) [-], their means over the log, and what
-    they may be.
+    """Changes of one component of the wind, (blocks, s) [-].
+
+    Further their means over the log, and what they may be.
     """
 
     of_time: Array
@@ -179,8 +184,9 @@ class _Shapes:
 def check_wind(
     structure: Structure, every: Observations, fit: CoveringFit, answer: Posterior
 ) -> tuple[WindChange | None, Posterior]:
-    """Weigh changes of the wind against the constant wind of a fit, and average its answer over
-    them.
+    """Weigh changes of the wind against the constant wind of a fit, and average over them.
+
+    What is averaged is the answer.
 
     The answer is averaged over a constant wind and over changes of it, each with its probability
     given the log (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). A change
@@ -225,8 +231,10 @@ def _slow_rows(every: Observations) -> tuple[Observations, Blocks]:
 
 @dataclass(frozen=True, slots=True)
 class _Weighed:
-    """The evidence for changes under some noises: `found` under each noise, `odds` (noises,
-    changes) of each pair, and `log_factor` by which some change is likelier than none.
+    """The evidence for changes under some noises.
+
+    `found` is that under each noise, `odds` (noises, changes) that of each pair, and `log_factor`
+    by which some change is likelier than none.
     """
 
     changes: Sequence[_Change]
@@ -294,8 +302,9 @@ def check_gain(
     answer: Posterior,
     change: WindChange | None,
 ) -> tuple[Caution, ...]:
-    """Warn of a step of the impact pressure's factor that the log shows, and no wind and no chance
-    explains.
+    """Warn of a step of the impact pressure's factor that the log shows.
+
+    It is one that no wind and no chance explains.
 
     It is only warned of: where each speed is flown once it is hard to separate from a curve, and an
     average over it would widen the bound of every log.
@@ -340,8 +349,9 @@ def check_gain(
 
 
 def _by_own_scatter(problem: Regression, column: Array, time: Seconds) -> float:
-    """How many of its standard errors a column's size is from zero, by the scatter of the rows
-    around it.
+    """How many of its standard errors a column's size is from zero.
+
+    They are by the scatter of the rows around it.
 
     Gusts that come in bursts make a step where they are strong; the error of blocks of 30 s sees
     that (Liang and Zeger 1986).
@@ -362,8 +372,9 @@ def _averaged(
     shapes: _Shapes,
     first: int,
 ) -> Posterior:
-    """Return the mixture over a constant wind, of weight `steady`, and the changes, of weights
-    (noises, changes).
+    """Return the mixture over a constant wind, of weight `steady`, and the changes.
+
+    Their weights are (noises, changes).
 
     The wind, from the place `first` on, is its mean over the log.
     """
@@ -455,8 +466,9 @@ def _shapes(blocks: Blocks) -> _Shapes | None:
 
 
 def _spread(number: NDArray[np.intp], duration: float, memory: float) -> Array:
-    """Standard deviations of the cosines' coefficients, by the spectrum of a Gauss-Markov process
-    of unit size.
+    """Standard deviations of the cosines' coefficients.
+
+    They are by the spectrum of a Gauss-Markov process of unit size.
     """
     power = 1.0 / (1.0 + (np.pi * number * memory / duration) ** 2)
     return np.asarray(np.sqrt(2.0 * power / np.sum(power)))
@@ -505,8 +517,9 @@ def _evidence(
 
 
 def _changing(effects: Array, of_time: Array) -> Array:
-    """Columns (blocks, 2 s) of changes toward north, then toward east, from the effects of both
-    (blocks, 2).
+    """Columns (blocks, 2 s) of changes toward north, then toward east.
+
+    They come from the effects of both (blocks, 2).
     """
     return np.concatenate([effects[:, :1] * of_time, effects[:, 1:] * of_time], axis=1)
 

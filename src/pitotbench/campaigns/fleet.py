@@ -104,8 +104,9 @@ def _here() -> tuple[str, int]:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The most that one task may use: `seconds` of wall time and `memory` bytes of its process.
-    None: no limit.
+    """The most that one task may use.
+
+    `seconds` of wall time and `memory` bytes of its process. None: no limit.
 
     They do not hold in the process of the driver, since a task that breaks the limit of time ends
     its process.

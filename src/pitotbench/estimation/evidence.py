@@ -48,8 +48,10 @@ class ColumnEvidence:
 def column_evidence(
     parts: Sequence[EvidencePart], prior_precision: Array, prior_pull: Array | None = None
 ) -> ColumnEvidence:
-    """Compute the evidence for further columns; `prior_precision` (p,) is that of the fitted
-    coefficients, `prior_pull` (p,) the precision times the prior mean, None for a mean of zero.
+    """Compute the evidence for further columns.
+
+    `prior_precision` (p,) is that of the fitted coefficients, `prior_pull` (p,) the precision times
+    the prior mean, None for a mean of zero.
 
     Raises numpy.linalg.LinAlgError where the rows do not determine the fitted coefficients.
     """

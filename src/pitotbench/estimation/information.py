@@ -25,8 +25,10 @@ SINGULAR = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class SizePosterior:
-    """The posterior of some sizes: mean, (k,), covariance, (k, k), and the logarithm of the
-    evidence, for flat priors half the fall of the sum of squares.
+    """The posterior of some sizes.
+
+    Mean, (k,), covariance, (k, k), and the logarithm of the evidence, for flat priors half the fall
+    of the sum of squares.
     """
 
     mean: Array
@@ -36,8 +38,9 @@ class SizePosterior:
 
 @dataclass(frozen=True, slots=True)
 class Information:
-    """The inner products of some rows, (m + 1, m + 1): columns in units of the noise, and the
-    residual last.
+    """The inner products of some rows, (m + 1, m + 1).
+
+    Columns are in units of the noise, and the residual is the last.
 
     Priors are normal, around zero, with a deviation for each column; an infinite one is flat.
     """
@@ -79,8 +82,9 @@ class Information:
         return SizePosterior(solved * scale, covariance, log_evidence)
 
     def log_evidences(self, products: Array, columns: NDArray[np.intp], deviations: Array) -> Array:
-        """Return the log evidence of columns, (k,), for other residuals, (d,), by the `products`,
-        (d, m), of these with all columns, such as those of `drawn`.
+        """Return the log evidence of columns, (k,), for other residuals, (d,).
+
+        `products`, (d, m), are those of the residuals with all columns, such as those of `drawn`.
         """
         factor, scaled = self._factored(columns, deviations), deviations * products[:, columns]
         fall = np.sum(scaled * _solved(factor, scaled.T).T, axis=1)
@@ -101,8 +105,9 @@ class Information:
         deviations: Sequence[float] | Array | float = np.inf,
         kept: Sequence[int] | None = None,
     ) -> tuple["Information", float]:
-        """Return what is left when some columns are integrated out, and the logarithm of their own
-        evidence.
+        """Return what is left when some columns are integrated out.
+
+        The logarithm of their own evidence comes with it.
 
         Only the columns `kept` remain, all of them by default; the columns keep their order. A
         column that is integrated out and kept stands for a further size of its own.
@@ -123,8 +128,9 @@ class Information:
         return Information(whole - removed), 0.5 * float(removed[-1, -1]) - _occam(factor)
 
     def marginal(self, columns: Sequence[int], deviations: Array) -> "Marginal":
-        """Return what is left when some columns are integrated out, with what they take. All
-        columns stay, so that one of these may be asked for as a further size.
+        """Return what is left when some columns are integrated out, with what they take.
+
+        All columns stay, so that one of these may be asked for as a further size.
         """
         if not len(columns):
             return Marginal(self, np.zeros((len(self.inner), 0)))
@@ -143,16 +149,18 @@ class Information:
         return Information(inner)
 
     def without(self, combination: Array, deviation: float) -> "Information":
-        """Return the information with a size integrated out that acts by a combination of the
-        columns, (m + 1,), with 0 for the residual. All columns stay.
+        """Return the information with the size of a combination of columns integrated out.
+
+        The combination is (m + 1,), with 0 for the residual. All columns stay.
         """
         across = self.inner @ combination
         share = deviation**2 / (1.0 + deviation**2 * float(combination @ across))
         return Information(self.inner - share * np.outer(across, across))
 
     def tempered(self, power: float) -> "Information":
-        """Return the information of the likelihood to some power: that of noise 1/√power times as
-        large.
+        """Return the information of the likelihood to some power.
+
+        It is that of noise 1/√power times as large.
         """
         return Information(power * self.inner)
 
@@ -162,8 +170,9 @@ class Information:
         return max(0.0, 2.0 * (both.log_evidence - alone.log_evidence))
 
     def scores(self, columns: Sequence[int], given: Sequence[int] = ()) -> Array:
-        """Return the size of each column alone over its deviation, with others `given` in the fit;
-        0 for one that the given ones reproduce.
+        """Return the size of each column alone over its deviation.
+
+        Others are `given` in the fit; 0 for one that the given ones reproduce.
         """
         left = self.given(given, kept=columns)[0].inner
         power, whole = np.diag(left)[:-1], np.diag(self.inner)[list(columns)]
@@ -201,8 +210,9 @@ class Marginal:
 
 
 def information_from(normal: Array, right: Array, square: float = 0.0) -> Information:
-    """Return the information of inner products of columns, (m, m), those with the residual, (m,),
-    and that of the residual.
+    """Return the information of inner products.
+
+    They are those of the columns, (m, m), those with the residual, (m,), and that of the residual.
     """
     return Information(np.block([[normal, right[:, None]], [right[None], np.array([[square]])]]))
 

@@ -23,8 +23,9 @@ _HALF_WIDTH_ERROR = 1e-13  # of the half-width, as a share
 def half_width(
     weights: Array, means: Array, deviations: Array, share: float = TWO_SIGMA_SHARE
 ) -> Array:
-    """Return the half-width, (c,), of the interval around the mixture mean that holds `share` of
-    the mixture.
+    """Return the half-width, (c,), of the interval that holds `share` of a mixture.
+
+    The interval is around the mixture mean.
 
     Parameters: weights (m,), with sum 1; means and standard deviations, (m, c), of c quantities.
     """
@@ -51,8 +52,9 @@ def half_width(
 def simultaneous_factor(
     weights: Array, means: Array, covariances: Array, gradient: Array, bounds: Array
 ) -> float:
-    """Return the factor, at least 1, by which pointwise bounds must grow to hold at all points at
-    once.
+    """Return the factor by which pointwise bounds must grow to hold at all points at once.
+
+    It is at least 1.
 
     They then hold together in `TWO_SIGMA_SHARE` of cases. The factor is that quantile of the
     largest deviation, in units of the bounds, over draws of the mixture with a fixed seed.
@@ -80,8 +82,9 @@ def simultaneous_factor(
 
 @dataclass(frozen=True, slots=True)
 class Posterior:
-    """Weighted Gaussians for θ: weights (m,), which sum to 1, means (m, p) and covariances (m, p,
-    p).
+    """Weighted Gaussians for θ.
+
+    Weights (m,), which sum to 1, means (m, p) and covariances (m, p, p).
     """
 
     weights: Array
@@ -121,8 +124,9 @@ class Posterior:
         )
 
     def without(self, place: int) -> "Posterior":
-        """The same answer where θ[place] is known to be zero, to a thousandth of its deviation: an
-        exact number has no bound.
+        """Return the same answer where θ[place] is known to be zero.
+
+        It is zero to a thousandth of its deviation. An exact number has no bound.
         """
         shared = self.covariances[:, :, place]
         by_variance = (1.0 - _EXACT) * shared / shared[:, place, None]
@@ -150,16 +154,18 @@ class Posterior:
             return np.asarray(covariance / np.outer(deviation, deviation))
 
     def simultaneous(self, gradient: Array, bounds: Array) -> Array:
-        """Half-widths that hold at all points together: the pointwise `bounds` (c,) times one
-        factor.
+        """Return half-widths that hold at all points together.
+
+        They are the pointwise `bounds` (c,) times one factor.
         """
         return bounds * simultaneous_factor(
             self.weights, self.means, self.covariances, gradient, bounds
         )
 
     def two_sigma_by(self, place: int, gradient: Array, bounds: Array) -> Array:
-        """The part of the 2σ `bounds`, (c,), that the uncertainty of θ[place] adds: none where
-        θ[place] is known.
+        """Return the part of the 2σ `bounds`, (c,), that the uncertainty of θ[place] adds.
+
+        There is none where θ[place] is known.
 
         It is the bound times the correlation with θ[place], so that no part exceeds the whole.
         """

@@ -1,5 +1,6 @@
-"""Models of noise: Gauss-Markov processes, joint noise of two sets of rows, autoregression, robust
-scale.
+"""Models of noise.
+
+Gauss-Markov processes, joint noise of two sets of rows, autoregression.
 """
 
 from collections.abc import Sequence
@@ -39,8 +40,9 @@ class Intervals:
         return self.edges[self.left + 1] - self.edges[self.left]
 
     def at_edges(self, values: Array) -> Array:
-        """Assign values of the intervals, (n,), to the edges, (s,); a shared edge has that of the
-        later one.
+        """Assign values of the intervals, (n,), to the edges, (s,).
+
+        A shared edge has that of the later one.
         """
         edges = np.empty(len(self.edges))
         edges[self.left + 1] = values
@@ -66,8 +68,9 @@ class MarkovProcess:
 
 
 class MarkovNoise:
-    """The factored covariance of white noise plus Markov processes over intervals, or a stack of b
-    of them.
+    """The factored covariance of white noise plus Markov processes over intervals.
+
+    It may be a stack of b of them.
 
     The likelihood is exact, in linear time. The data are means over short intervals. The states of
     a process are its values at the edges of the intervals. Given these, the mean over an interval
@@ -130,8 +133,9 @@ class MarkovNoise:
     def _interval_means(
         self, intervals: Intervals, processes: Sequence[MarkovProcess]
     ) -> list[list[Array]]:
-        """Return the loads of the interval means on the components at their two edges, output by
-        output, (b, n).
+        """Return the loads of the interval means on the components at their two edges.
+
+        They are (b, n), output by output.
 
         The variance of the remainders (the bridges) is added to the white variance. With a = Δ/τ,
         E[mean | edges] = tanh(a/2)/a · (sum of the edges); the remainder follows from the total
@@ -160,16 +164,18 @@ class MarkovNoise:
         return [load + load for load in loads]
 
     def _at(self, place: int) -> slice:
-        """Return the states that load number `place` of each interval multiplies: left edges, then
-        right ones.
+        """Return the states that load number `place` of each interval multiplies.
+
+        Left edges come first, then right ones.
         """
         return slice(place, place + self._states - self._width, self._width)
 
     def _posterior_precision(
         self, step: Seconds, processes: Sequence[MarkovProcess], determinants: Array
     ) -> list[Array]:
-        """Return the banded Cholesky factors of the states' precision given the data; states
-        ordered by edge. What they make of ln|C| is added to `determinants`, (b,).
+        """Return the banded Cholesky factors of the states' precision given the data.
+
+        States are ordered by edge. What they make of ln|C| is added to `determinants`, (b,).
         """
         m = self._width
         bands = np.zeros((len(self._variance), 2 * m, self._states))
@@ -199,8 +205,9 @@ class MarkovNoise:
         return factors
 
     def _add_data(self, bands: Array) -> None:
-        """Add the information of the data on the states: products of the loads over the white
-        variance.
+        """Add the information of the data on the states.
+
+        It is the products of the loads over the white variance.
         """
         for output, loads in enumerate(self._loads):
             for p, load in enumerate(loads):
@@ -327,8 +334,9 @@ def weighed_by_each(noise_of: NoiseOf, phis: Array, data: Array) -> tuple[Array,
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What one set of rows contributes under one noise: ln|C|, C⁻¹D and DᵀC⁻¹D of its own columns D
-    of [Z y].
+    """What one set of rows contributes under one noise.
+
+    ln|C|, C⁻¹D and DᵀC⁻¹D of its own columns D of [Z y].
     """
 
     log_determinant: float

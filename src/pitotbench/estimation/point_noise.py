@@ -1,5 +1,6 @@
-"""Noise at points in time: white noise plus first-order recursions, with an exact likelihood in
-O(n).
+"""Noise at points in time: white noise plus first-order recursions.
+
+Its likelihood is exact, in O(n).
 
 The counterpart of `MarkovNoise` for slow processes, whose change within a block does not matter. A
 process is x_j = kept_j x_{j−1} + e_j, with the variance of e_j given point by point: an
@@ -21,11 +22,13 @@ from pitotbench.units import Array, Booleans, Seconds
 
 @dataclass(frozen=True, slots=True)
 class Recursion:
-    """One process over n points: the share of the last value that is kept, (n,), 0 where it begins
-    anew; the variance of what is added, (n,), infinite where it may begin anywhere; and how each
-    output sees it, (o,).
+    """One process over n points.
 
-    For a stack of b noises the first two are (b, n)."""
+    The share of the last value that is kept, (n,), 0 where it begins anew; the variance of what is
+    added, (n,), infinite where it may begin anywhere; and how each output sees it, (o,).
+
+    For a stack of b noises the first two are (b, n).
+    """
 
     kept: Array
     innovation: Array
@@ -34,8 +37,10 @@ class Recursion:
 
 @dataclass(frozen=True, slots=True)
 class UnknownColumns:
-    """Columns with unknown factors, (rows, u), and the precision of each factor's prior around
-    zero, (u,); 0 where nothing is known before."""
+    """Columns with unknown factors, (rows, u), and the precision of each factor's prior.
+
+    The precisions, (u,), are around zero; 0 where nothing is known before.
+    """
 
     columns: Array
     precision: Array
@@ -44,8 +49,9 @@ class UnknownColumns:
 def ornstein_uhlenbeck(
     time: Seconds, deviation: float | Array, memory: float | Array, loading: tuple[float, ...]
 ) -> Recursion:
-    """A stationary process of a standard deviation and a correlation time [s] at times (n,), or a
-    stack of (b,).
+    """Return a stationary process of a standard deviation and a correlation time [s].
+
+    It is at times (n,), or a stack of (b,).
     """
     deviation, memory = (np.asarray(each)[..., None] for each in (deviation, memory))
     step = np.diff(time)
@@ -58,16 +64,18 @@ def ornstein_uhlenbeck(
 def random_walk(
     time: Seconds, rate: float | Array, first: Booleans, loading: tuple[float, ...]
 ) -> Recursion:
-    """A walk whose variance grows by rate² a second; it begins anywhere at each `first` point, (n,)
-    of bool.
+    """Return a walk whose variance grows by rate² a second.
+
+    It begins anywhere at each `first` point, (n,) of bool.
     """
     step, rate = np.diff(time, prepend=time[0]), np.asarray(rate)[..., None]
     return Recursion(np.where(first, 0.0, 1.0), np.where(first, np.inf, rate**2 * step), loading)
 
 
 class PointNoise:
-    """The factored covariance of white noise plus recursions at n points, seen by o outputs, or a
-    stack of b.
+    """The factored covariance of white noise plus recursions at n points, seen by o outputs.
+
+    It may be a stack of b.
 
     Parameters: white variance, (o, n), infinite where an output has no datum, or (b, o, n) for a
     stack; recursions; unknown columns or None. The noises of a stack have the same data, and their
@@ -96,8 +104,9 @@ class PointNoise:
         self._weighed_columns: Array | None = None
 
     def _posterior_precision(self, processes: Sequence[Recursion]) -> list[Array]:
-        """Banded Cholesky factors of the states' precision given the data; states interleaved by
-        point.
+        """Return banded Cholesky factors of the states' precision given the data.
+
+        States are interleaved by point.
         """
         m, (stack, _, n) = len(processes), self._precision.shape
         bands = np.zeros((stack, m + 1, m * n))
@@ -166,8 +175,9 @@ class PointNoise:
         )
 
     def _solve(self, data: Array) -> Array:
-        """The inverse covariances of the white noise and the processes alone, times data, (b, rows,
-        k).
+        """Return the inverse covariances times data, (b, rows, k).
+
+        They are those of the white noise and the processes alone.
         """
         m, columns, (stack, outputs, points) = (
             len(self._loading),

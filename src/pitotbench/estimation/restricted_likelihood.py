@@ -1,5 +1,6 @@
-"""Linear regression with correlated noise of unknown level and scale: restricted likelihood,
-posterior, mixture.
+"""Linear regression with correlated noise of unknown level and scale.
+
+Restricted likelihood, posterior, mixture.
 
 y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the
 coefficients β and accounts for the degrees of freedom that they take. The noise parameters φ have a
@@ -31,8 +32,9 @@ class Nodes:
 
 
 def composite_design(dimensions: int) -> Nodes:
-    """Return the center, and star and corner points on a sphere of radius f0·√d, with weights exact
-    for a Gaussian.
+    """Return a center, and star and corner points around it, exact for a Gaussian.
+
+    The points lie on a sphere of radius f0·√d; the weights are those that make it exact.
 
     In three dimensions these are 15 points.
     """
@@ -90,8 +92,9 @@ Heights = Callable[[Array], Array]  # of a log-posterior, (b,), at places (b, d)
 
 @dataclass(frozen=True, slots=True)
 class Regression:
-    """The linear problem: response (n,), regressors (n, p), instruments (n, p), prior precision
-    (p,).
+    """The linear problem of a regression.
+
+    Response (n,), regressors (n, p), instruments (n, p), prior precision (p,).
 
     The instruments are the regressors, or smoothed copies that do not share their measurement
     noise. The prior precision of a coefficient is that of a Gaussian around `prior_mean` (p,), zero
@@ -161,8 +164,10 @@ def _instruments_and_response(problem: Regression) -> Array:
 
 
 def _log_likelihoods(problem: Regression, products: Array, log_determinants: Array) -> Array:
-    """The restricted log-likelihoods, (b, r), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|,
-    (b,), under each of r rival priors; their probability, 1/r, is in them.
+    """Return the restricted log-likelihoods, (b, r), under each of r rival priors.
+
+    They come from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|, (b,); the probability of a prior,
+    1/r, is in them.
     """
     rivals = range(len(problem.rivals))
     found = [_log_likelihood(problem, products, rival) for rival in rivals]
@@ -235,8 +240,9 @@ def _stacks(problem: Regression, phis: Array) -> list[Array]:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """β, (p,), and its covariance, (p, p), under one prior, which has the probability `weight`
-    among its rivals.
+    """β, (p,), and its covariance, (p, p), under one prior.
+
+    The prior has the probability `weight` among its rivals.
     """
 
     weight: float
@@ -245,16 +251,18 @@ class Solution:
 
 
 def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
-    """Return β, (p,), and its covariance, (p, p), given the noise, under the likeliest of rival
-    priors; see `solutions`. Raises as it does.
+    """Return β, (p,), and its covariance, (p, p), given the noise.
+
+    It is the answer under the likeliest of rival priors; see `solutions`. Raises as it does.
     """
     likeliest = max(solutions(problem, noise), key=lambda each: each.weight)
     return likeliest.estimate, likeliest.covariance
 
 
 def solutions(problem: Regression, noise: Noise) -> list[Solution]:
-    """Return the answers under each rival prior, given the noise, by generalized least squares with
-    instruments.
+    """Return the answers under each rival prior, given the noise.
+
+    They are those of generalized least squares with instruments.
 
     With instruments equal to regressors this is ordinary generalized least squares.
     Raises NoAnswerError where the data do not determine β.
@@ -295,8 +303,9 @@ def _solved(problem: Regression, weighed: Array, rival: int = 0) -> tuple[Array,
 def most_likely_noise(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> Array:
-    """Return the approximate mode of the posterior of φ = ln(noise parameters), (d,), searched from
-    `start`.
+    """Return the approximate mode of the posterior of φ = ln(noise parameters), (d,).
+
+    It is searched from `start`.
 
     Raises NoAnswerError where none is found.
     """
@@ -306,8 +315,9 @@ def most_likely_noise(
 def mode_and_evidence(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> tuple[Array, float]:
-    """Return the approximate mode of φ, (d,), and the logarithm of the restricted likelihood
-    integrated over φ.
+    """Return the approximate mode of φ, (d,), and the log evidence.
+
+    The evidence is the restricted likelihood integrated over φ.
 
     The integral is Laplace's (Tierney and Kadane 1986), up to a constant that problems of the same
     rows share.
@@ -324,8 +334,9 @@ def mode_and_evidence(
 def noise_posterior(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> tuple[NoiseNode, ...]:
-    """Return the nodes of the posterior of φ, each with its β. `start` is a first guess of the
-    mode, (d,).
+    """Return the nodes of the posterior of φ, each with its β.
+
+    `start` is a first guess of the mode, (d,).
 
     Raises NoAnswerError where no mode is found, or where the data do not determine β.
     """
@@ -338,8 +349,9 @@ def noise_posterior(
 def weighted_noises(
     problems: Sequence[tuple[Regression, NoiseOf]], log_prior: LogPrior, start: Array
 ) -> tuple[Array, Array]:
-    """Return nodes of the posterior of φ, (m, d), and their weights, (m,), which add up to one, of
-    several problems that share φ alone.
+    """Return nodes of the posterior of φ, (m, d), of several problems that share φ alone.
+
+    Their weights, (m,), add up to one.
 
     Raises as `noise_posterior` does.
     """
@@ -354,8 +366,9 @@ def weighted_noises(
 
 
 def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Array, Array, Array]:
-    """Return the nodes around a mode, (m, d), their base weights, (m,), and the axes along which
-    they lie, (d, d).
+    """Return the nodes around a mode, (m, d), their base weights, (m,), and their axes, (d, d).
+
+    The nodes lie along the axes.
 
     `count` is the number of parameters of the first set of rows, whose axes are found by
     themselves; None for one set.
@@ -375,8 +388,10 @@ def _weights(base: Array, heights: Array) -> Array:
 def _nodes(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, mode: Array, curvature: Array
 ) -> tuple[NoiseNode, ...]:
-    """Return the nodes around a mode, one for each noise and rival prior that is not too unlikely;
-    `curvature` is minus the second derivatives there, (d, d).
+    """Return the nodes around a mode, one for each noise and rival prior.
+
+    What is too unlikely is left out; `curvature` is minus the second derivatives at the mode, (d,
+    d).
     """
     places, base, axes = _places(mode, curvature, _first_set(noise_of))
     try:  # each noise is factored once, for its height and for its estimate
@@ -408,8 +423,9 @@ def _nodes(
 def _climb(
     heights: Heights, start: Array, enough: float, count: int | None = None
 ) -> tuple[Array, Array]:
-    """Return the maximum of a smooth function of few variables, and minus its second derivatives
-    there.
+    """Return the maximum of a smooth function of few variables, and its curvature.
+
+    The curvature is minus the second derivatives at the maximum.
 
     Newton's method with numerical derivatives; it ends with a step that gains less than `enough`.
     Second derivatives between the first `count` variables and the others are taken as zero. The
@@ -439,8 +455,9 @@ def _climb(
 def _uphill(
     heights: Heights, place: Array, here: float, step: Array, count: int | None
 ) -> tuple[Array, tuple[float, Array, Array]] | None:
-    """Take a step, halved until the function grows, and look around there. None where no such step
-    is found.
+    """Take a step, halved until the function grows, and look around there.
+
+    None where no such step is found.
     """
     there = _around(heights, place + step, count)  # most steps are taken, and all this is one stack
     if np.isfinite(there[0]) and there[0] > here:
@@ -454,8 +471,9 @@ def _uphill(
 
 
 def _around(heights: Heights, place: Array, count: int | None) -> tuple[float, Array, Array]:
-    """Return the height, the central first derivatives, (d,), and minus the second derivatives, (d,
-    d).
+    """Return the height at a place, and the derivatives there.
+
+    They are the central first ones, (d,), and minus the second ones, (d, d).
     """
     d, h = len(place), _DIFFERENCE
     step = np.eye(d) * h
@@ -477,15 +495,17 @@ def _around(heights: Heights, place: Array, count: int | None) -> tuple[float, A
 
 
 def _first_set(noise_of: NoiseOf) -> int | None:
-    """Return the number of parameters of the first of two sets of rows; None where there is one
-    set.
+    """Return the number of parameters of the first of two sets of rows.
+
+    None where there is one set.
     """
     return noise_of.count if isinstance(noise_of, JointNoiseOf) else None
 
 
 def _axes_by_set(curvature: Array, count: int | None) -> Array:
-    """Return the principal axes of the first `count` parameters and of the others, each set
-    separately.
+    """Return the principal axes of the parameters, each of two sets separately.
+
+    The first set has `count` parameters.
 
     Two sets of rows share little but the coefficients, and each set's noise is then factored once
     for many nodes.
@@ -499,8 +519,9 @@ def _axes_by_set(curvature: Array, count: int | None) -> Array:
 
 
 def _principal_axes(curvature: Array) -> Array:
-    """Return the principal axes of the posterior at its mode, one standard deviation long, as
-    columns (d, d).
+    """Return the principal axes of the posterior at its mode, as columns (d, d).
+
+    They are one standard deviation long.
     """
     # The limits keep a flat direction from putting nodes at absurd noise levels.
     values, vectors = np.linalg.eigh(curvature)

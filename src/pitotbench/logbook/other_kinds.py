@@ -26,8 +26,9 @@ _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
 
 
 def headless(names: Sequence[str]) -> str:
-    """Return what to do with a table whose line of names holds numbers alone, or a message; empty
-    for another.
+    """Return what to do with a table whose line of names holds numbers alone, or a message.
+
+    It is empty for another.
     """
     if not names or not all(_NUMBER.fullmatch(name) for name in names):
         return _OF_STREAM if len(names) == 1 and _STREAM.fullmatch(names[0]) else ""

@@ -229,8 +229,9 @@ def _advised(table: Table, mapping: Mapping) -> Table:
 
 
 def needs_mapping(path: Path) -> str:
-    """Return why a file needs no mapping: its columns are ours, or a shipped mapping knows it.
-    Empty where it does.
+    """Return why a file needs no mapping: a shipped one knows it, or its columns are ours.
+
+    It is empty where the file needs one.
 
     Raises BadInputError for a file that cannot be read, and UnusableRecorderError.
     """

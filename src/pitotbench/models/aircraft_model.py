@@ -54,8 +54,9 @@ def aircraft_model(name: str) -> AircraftModel | None:
 def _react(
     name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True
 ) -> Reaction:
-    """Return the forces and engine readings of the aircraft in each state of a motion, at the
-    motion's mass.
+    """Return the forces and engine readings of the aircraft in each state of a motion.
+
+    The mass is the motion's.
     """
     return measure(*_loaded_model(name, motion, overlay or Overlay()), engines_run)
 
@@ -66,8 +67,9 @@ def _unit_forces(name: str, motion: Motion, paths: frozenset[str]) -> UnitForces
 
 
 def _loaded_model(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, Motion, float]:
-    """The aircraft at the rate that a motion needs, the motion, and the aircraft's mass with its
-    ballast [kg].
+    """Return the aircraft at the rate that a motion needs, the motion, and a mass [kg].
+
+    The mass is the aircraft's with its ballast.
     """
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))

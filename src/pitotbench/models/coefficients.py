@@ -32,8 +32,9 @@ RATE = 25.0  # Hz, of the force meter: forces of the air alone are read
 
 
 def coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float | None, str]:
-    """Return the coefficient of a term over a motion with its unit: a slope, else the mean; None
-    where the model lacks it.
+    """Return the coefficient of a term over a motion with its unit.
+
+    It is a slope, else the mean; None where the model lacks it.
     """
     values, unit = values_of(term, forces, motion), UNITS.get(term.function.variable, "")
     if values is None:
@@ -45,8 +46,9 @@ def coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float 
 
 
 def values_of(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
-    """Return the coefficient of a term along a motion: its force or moment over pressure, area and
-    length.
+    """Return the coefficient of a term along a motion.
+
+    It is its force or moment over pressure, area and length.
     """
     values = forces.values.get(term.function.name)
     if values is None or not term.function.axis:
@@ -55,8 +57,9 @@ def values_of(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
 
 
 def coefficient_units(forces: ModelForces, motion: Motion) -> dict[str, Array]:
-    """Return the force or the moment of a coefficient of one along a motion: pressure times area
-    and length.
+    """Return the force or the moment of a coefficient of one along a motion.
+
+    It is pressure times area and length.
     """
     area, span, chord = forces.wing
     pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2
@@ -65,8 +68,10 @@ def coefficient_units(forces: ModelForces, motion: Motion) -> dict[str, Array]:
 
 
 def _regressor(variable: str, motion: Motion, wing: Sequence[float]) -> Array:
-    """What a coefficient multiplies: an angle [rad], or a rate times half a length over the speed;
-    `wing` is area [ft²], span and chord [ft].
+    """Return what a coefficient multiplies.
+
+    An angle [rad], or a rate times half a length over the speed; `wing` is area [ft²], span and
+    chord [ft].
     """
     rate = np.gradient(np.unwrap(motion.angle_of_attack), motion.time)
     value = rate if variable == "alpha_rate" else getattr(motion, FIELDS.get(variable, variable))
@@ -84,9 +89,10 @@ def measured_coefficients(
     gaps: Iterable[Gap],
     agreeing: Iterable[tuple[str, Estimate]] = (),
 ) -> tuple[Coefficient, ...]:
-    """Return the coefficients of a model along a motion and the measured ones, of the first cause
-    of each gap, then of effects that show no gap by their sizes; () where none changes terms of the
-    model's file.
+    """Return the coefficients of a model along a motion and the measured ones.
+
+    They are those of the first cause of each gap, then of effects that show no gap by their sizes;
+    () where none changes terms of the model's file.
     """
     firsts = [gap.causes[0] for gap in gaps if gap.causes]
     changes = [(c.name, s, True) for c in firsts for s in c.sizes if s.name.endswith(CHANGE)]

@@ -174,8 +174,9 @@ class _Meter:
 
 
 def _defined(folder: Path) -> frozenset[str]:
-    """Return the properties that the files of an aircraft define: functions, components, outputs,
-    declarations.
+    """Return the properties that the files of an aircraft define.
+
+    Functions, components, outputs and declarations define them.
     """
     found: set[str] = set()
     for element in _elements(folder):
@@ -190,8 +191,9 @@ def _defined(folder: Path) -> frozenset[str]:
 
 
 def _require_whole(folder: Path, known: frozenset[str]) -> None:
-    """Raise SimulationError where an aircraft reads a property that it lacks, and one of the two
-    files defines.
+    """Raise SimulationError where an aircraft reads a property that it lacks.
+
+    The property is one that one of the two files defines.
 
     JSBSim ends the whole process at a property that nothing defines: such a mixture of two files is
     never loaded.
@@ -212,8 +214,9 @@ def _elements(folder: Path) -> Iterator[ET.Element]:
 
 
 def _motion(flight: Flight) -> tuple[Motion, NDArray[np.str_]]:
-    """Return the states of a flight every `STEP`, and the phase of each: the label without speed
-    and heading.
+    """Return the states of a flight every `STEP`, and the phase of each.
+
+    A phase is the label without speed and heading.
     """
     every = round(STEP / float(np.median(np.diff(flight["time"]))))
     rows = np.arange(0, len(flight), every)
@@ -286,8 +289,9 @@ def _whole(
 
 
 def _growth(old: Array, change: Array) -> float | None:
-    """Return the share of a channel, (n,), that its change, (n,), is throughout; None where it is
-    no constant share.
+    """Return the share of a channel, (n,), that its change, (n,), is throughout.
+
+    None where it is no constant share.
     """
     square = float(old @ old)
     share = float(old @ change) / square if square else 0.0
@@ -346,8 +350,9 @@ def _term(
 
 
 def _only_number(edit: Edit) -> tuple[str, str, float | None, float | None]:
-    """Return the only number of a part that differs: its element below the part, unit, old and new
-    value.
+    """Return the only number of a part that differs.
+
+    It comes with its element below the part, its unit, and the old and the new value.
     """
     if edit.old is None or edit.new is None:
         return "", "", None, None

@@ -15,8 +15,9 @@ METRICS = {"wingarea": "wing area", "wingspan": "wing span", "chord": "mean chor
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """A difference: the part's key, its element or file in the old and in the new one (None: it has
-    none).
+    """A difference between two files of an aircraft.
+
+    The part's key, its element or file in the old and in the new one (None: it has none).
 
     `place` is that of the part in its section of the new file.
     """
@@ -63,8 +64,9 @@ def edits_between(old: Path, new: Path) -> list[Edit]:
 
 
 def _parts(root: ET.Element) -> Iterator[tuple[Key, ET.Element]]:
-    """Yield the parts of an aircraft's file with their keys: each function of the aerodynamics,
-    each child else.
+    """Yield the parts of an aircraft's file with their keys.
+
+    Each function of the aerodynamics is a part, and each child else.
     """
     for section, head in _sections(root):
         seen: dict[Key, int] = {}
@@ -90,8 +92,9 @@ def _sections(root: ET.Element) -> Iterator[tuple[ET.Element, Key]]:
 
 
 def content(part: ET.Element | Path) -> object:
-    """Return all that JSBSim reads of a part; numbers count by their value, comments and spaces do
-    not.
+    """Return all that JSBSim reads of a part.
+
+    Numbers count by their value, comments and spaces do not.
     """
     element = parse_xml(part).getroot() if isinstance(part, Path) else part
     return (

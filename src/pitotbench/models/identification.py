@@ -41,8 +41,9 @@ NEEDED = (
 
 
 def maneuvers_of(log: FlightLog, name: str) -> list[Maneuver]:
-    """Return the maneuvers of a log: the parts in which a body rate exceeds 2°/s, with some quiet
-    flight around.
+    """Return the maneuvers of a log.
+
+    They are the parts in which a body rate exceeds 2°/s, with some quiet flight around.
 
     Without sideslip the channels of side force, roll and yaw are left out. Without mass the model's
     counts. Raises BadInputError where the log lacks a channel that is needed, renews its rates too
@@ -83,8 +84,9 @@ def maneuvers_of(log: FlightLog, name: str) -> list[Maneuver]:
 
 
 def _parts(time: Array, lively: Booleans, first: int) -> list[slice]:
-    """The maneuvers of a stretch without pauses: lively parts joined over short rests, none too
-    short or long.
+    """Return the maneuvers of a stretch without pauses.
+
+    They are lively parts joined over short rests, none too short or long.
     """
     places = np.flatnonzero(lively)
     if not len(places):
@@ -150,8 +152,9 @@ LAGS = 0.05 * np.arange(-4, 13)
 
 
 def align_vane(maneuvers: Sequence[Maneuver]) -> tuple[list[Maneuver], float]:
-    """Return the maneuvers with the angle of attack earlier by the lag of its vane, and this lag
-    [s].
+    """Return the maneuvers with the angle of attack earlier by the lag of its vane.
+
+    The lag [s] comes with them.
 
     The lag is that at which angle of attack, pitch rate and elevator explain most of the normal
     force coefficient.
@@ -194,8 +197,9 @@ def _part(whole: Maneuver, rows: slice, name: str) -> Maneuver:
 
 
 def roughness(values: Array) -> float:
-    """Return the deviation of white noise that second differences show: a motion has far
-    smaller ones.
+    """Return the deviation of white noise that second differences show.
+
+    A motion has far smaller differences.
     """
     return float(np.sqrt(np.mean(white_differences(values) ** 2))) if len(values) > 2 else 0.0
 

@@ -38,8 +38,9 @@ COUPLED = 0.1  # share of the states of the other motion, from which on a mode i
 
 
 def linearize(aircraft: str) -> LinearModel:
-    """Return the linear model of an aircraft in level flight: a name of the hangar or of JSBSim's
-    library, or a path.
+    """Return the linear model of an aircraft in level flight.
+
+    The aircraft is a name of the hangar or of JSBSim's library, or a path.
 
     Level flight is the cruise at 8,000 ft and 75 % throttle of the performance table, or the first
     of its other cruises that the aircraft holds. Raises UnknownNameError, BadInputError, or

@@ -28,8 +28,9 @@ MOST_RATIO = 5.0  # of the measured rate over the model's
 
 
 def air_model(name: str, maneuvers: Sequence[Maneuver]) -> AircraftModel:
-    """Return an aircraft of the hangar as the model of maneuvers, with the inertia that one of them
-    states, else its own. Raises UnknownNameError.
+    """Return an aircraft of the hangar as the model of maneuvers.
+
+    It has the inertia that one of them states, else its own. Raises UnknownNameError.
     """
     inertia = next((each.inertia for each in maneuvers if each.inertia), None)
     baseline = read_baseline(find_aircraft(name))
@@ -58,8 +59,9 @@ def _react(
     overlay: Overlay | None = None,
     engines_run: bool = False,
 ) -> Reaction:
-    """The specific forces and angular accelerations that the air makes in each state, of the
-    measured mass and what a patch has `added` to it [kg].
+    """Return the specific forces and angular accelerations that the air makes in each state.
+
+    They are of the measured mass and what a patch has `added` to it [kg].
 
     A function over the rate of the angle of attack follows the model's own forces; that of the log
     is measured.
@@ -100,8 +102,9 @@ def _unit_forces(
 
 
 def in_place_of_log(maneuvers: Sequence[Maneuver], aircraft: str) -> Maneuvers:
-    """Return maneuvers with the vane in time and with a mass: where it was not measured, that of
-    the aircraft. Raises UnknownNameError.
+    """Return maneuvers with the vane in time and with a mass.
+
+    Where the mass was not measured, it is that of the aircraft. Raises UnknownNameError.
     """
     aligned, lag = align_vane(maneuvers)
     mass = loaded_mass(aircraft)

@@ -33,8 +33,9 @@ Family = tuple[str, Callable[[PerformanceModel], Figures]]
 
 
 def find_performance(aircraft: str, handbook: Path | None = None) -> Performance:
-    """Return the performance of an aircraft: a name of the hangar or of JSBSim's library, or a
-    path.
+    """Return the performance of an aircraft.
+
+    The aircraft is a name of the hangar or of JSBSim's library, or a path.
 
     With `handbook`, a table that `read_handbook` describes, each of its rows becomes a figure with
     the published value next to it, before the figures at the weight of the file. What the model

@@ -43,8 +43,9 @@ BALLAST = "weight of the handbook"
 
 @dataclass(frozen=True, slots=True)
 class Steady:
-    """Steady flight: the state, calibrated airspeed and rate of climb [m/s], thrust, lift, drag
-    [N], power [hp].
+    """A steady flight.
+
+    The state, calibrated airspeed and rate of climb [m/s], thrust, lift, drag [N], power [hp].
     """
 
     state: State
@@ -61,8 +62,9 @@ NOT_FOUND = "no steady flight found"
 
 @dataclass(slots=True)
 class PerformanceModel:
-    """An aircraft in its file's loading, `weight` [lb]; `ballast` is the property of the weight
-    added to it.
+    """An aircraft in its file's loading, `weight` [lb].
+
+    `ballast` is the property of the weight added to it.
 
     `no_engine` says that it has no engine that holds a level speed, as a glider; empty where it has
     one.
@@ -104,15 +106,17 @@ class PerformanceModel:
         return model
 
     def load_weight(self, weight: float | None) -> None:
-        """Load a weight [lb] at the center of gravity of the empty aircraft; None for that of the
-        file.
+        """Load a weight [lb] at the center of gravity of the empty aircraft.
+
+        None loads that of the file.
         """
         self.frozen.write(self.ballast, 0.0 if weight is None else weight - self.weight)
 
 
 def _add_ballast(root: ET.Element) -> int:
-    """Add a point mass of no weight at the center of gravity of the empty aircraft; return its
-    number.
+    """Add a point mass of no weight at the center of gravity of the empty aircraft.
+
+    Return its number.
     """
     mass = root.find("mass_balance")
     place = None if mass is None else mass.find("location[@name='CG']")
@@ -176,8 +180,9 @@ def stall(model: PerformanceModel, height: float, flaps: float) -> Steady:
 
 
 def _one_g(frozen: FrozenAircraft, alpha: float, speed: float) -> State | None:
-    """Return level flight at 1 g and an angle of attack [rad], the elevator in trim; None where
-    there is none.
+    """Return level flight at 1 g and an angle of attack [rad], the elevator in trim.
+
+    None where there is none.
     """
     for _ in range(12):
         elevator = elevator_for(frozen, speed, alpha)
@@ -199,8 +204,9 @@ def _one_g(frozen: FrozenAircraft, alpha: float, speed: float) -> State | None:
 def steady_flight(
     model: PerformanceModel, height: float, speed: float, lever: float, guess: State
 ) -> Steady | None:
-    """Return steady flight at a true airspeed and a lever, climbing or sinking; None where nothing
-    balances.
+    """Return steady flight at a true airspeed and a lever, climbing or sinking.
+
+    None where nothing balances.
     """
     frozen = model.frozen
     gradient = (true_airspeed(calibrated_airspeed(speed, height), height + 100.0) - speed) / 100.0
@@ -240,8 +246,9 @@ def _account(frozen: FrozenAircraft, state: State, height: float, along: float) 
 def steady_speeds(
     model: PerformanceModel, height: float, lever: float, slow: float
 ) -> list[Steady]:
-    """Return steady flight at true airspeeds from slow to fast, until the aircraft sinks or is far
-    above stall.
+    """Return steady flight at true airspeeds from slow to fast.
+
+    It ends where the aircraft sinks or is far above stall.
     """
     limit = HIGHEST_MACH * float(air.sound_speed(air.standard_temperature(height)))
     found: list[Steady] = []
@@ -270,8 +277,9 @@ def refine(
     several: Sequence[Steady],
     value: Callable[[Steady], float],
 ) -> Steady | None:
-    """Return the steady flight at which a value is largest, by the parabola through the three best
-    speeds.
+    """Return the steady flight at which a value is largest.
+
+    It is found by the parabola through the three best speeds.
     """
     if not several:
         return None
@@ -308,8 +316,9 @@ def level_flight(
 
 
 def slowest_speed(model: PerformanceModel, height: float) -> float:
-    """Return the true stall speed [m/s] at a height, flaps up: the calibrated one is that of sea
-    level.
+    """Return the true stall speed [m/s] at a height, flaps up.
+
+    The calibrated one is that of sea level.
     """
     return true_airspeed(stall(model, 0.0, 0.0).calibrated, height)
 
@@ -328,8 +337,9 @@ def best_climb(
 def find_ceiling(
     model: PerformanceModel,
 ) -> tuple[float, float, list[tuple[float, Steady, list[Steady]]]]:
-    """Return the service and the absolute ceiling [m], NaN where none is found, and the climbs at
-    each height.
+    """Return the service and the absolute ceiling [m], and the climbs at each height.
+
+    A ceiling is NaN where none is found.
     """
     slow = stall(model, 0.0, 0.0).calibrated
     climbs = []

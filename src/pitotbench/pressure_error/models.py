@@ -250,8 +250,9 @@ class _Curve(ABC):
 
 @dataclass(frozen=True, slots=True)
 class PressureErrorCurve(_Curve):
-    """A pressure-error curve Δp/q_c = f(q_ci/q_ref); Δp = q_c − q_ci, the sign of Martos et al.
-    (2011).
+    """A pressure-error curve Δp/q_c = f(q_ci/q_ref).
+
+    Δp = q_c − q_ci has the sign of Martos et al. (2011).
 
     `reference_pressure` is q_ref [Pa]. Raises ValueError where the number of parameters does not
     fit the model.

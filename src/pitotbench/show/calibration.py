@@ -51,8 +51,10 @@ def correction_sentence(corrections: Sequence[Correction]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ShortAnswer:
-    """The short answer of a calibration, in knots and degrees. The wind comes from `wind_from_deg`.
-    `curve` are the points of the curve of a simulated flight, to be drawn.
+    """The short answer of a calibration, in knots and degrees.
+
+    The wind comes from `wind_from_deg`. `curve` are the points of the curve of a simulated flight,
+    to be drawn.
     """
 
     subject: str

@@ -164,8 +164,10 @@ def who_and_when(made: Provenance) -> str:
 def handbook_csv(
     curves: Mapping[str, ErrorCurve], doubts: Doubts = _NONE, made: Provenance = _UNKNOWN
 ) -> str:
-    """The tables as CSV: one line an airspeed and configuration; the unit ends each column's name.
-    The first row of a configuration has its doubts, that of the table the airplane and the day.
+    """Return the tables as CSV: one line an airspeed and configuration.
+
+    The unit ends each column's name. The first row of a configuration has its doubts, that of the
+    table the airplane and the day.
     """
     return csv_text(
         [

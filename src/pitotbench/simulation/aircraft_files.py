@@ -1,5 +1,6 @@
-"""Read the folder of an aircraft: its XML, the record of its autopilot, its JSBSim model, and
-JSBSim's own parts.
+"""Read the folder of an aircraft.
+
+Its XML, the record of its autopilot, its JSBSim model, and JSBSim's own parts.
 """
 
 import re
@@ -65,8 +66,10 @@ def write_record(folder: Path, attached: Attached) -> None:
 
 @cache
 def read_record(folder: Path) -> Attached | None:
-    """Return the record in an aircraft's folder; None where the aircraft has an autopilot of its
-    own. Raises BadInputError for a file that holds no such record.
+    """Return the record in an aircraft's folder.
+
+    None where the aircraft has an autopilot of its own. Raises BadInputError for a file that holds
+    no such record.
     """
     from pydantic import TypeAdapter  # slow to load
 
@@ -138,8 +141,9 @@ class Transcript:
 def load_fdm(
     aircraft: str, folder: Path, rate: float, parts: tuple[Path, Path] | None = None
 ) -> tuple[Any, Transcript]:
-    """Return the JSBSim model of an aircraft, to be run at a rate [Hz], and the transcript of
-    JSBSim's messages.
+    """Return the JSBSim model of an aircraft, to be run at a rate [Hz].
+
+    The transcript of JSBSim's messages comes with it.
 
     `folder` holds `<folder name>.xml`; `aircraft` names it in messages. `parts` are the folders of
     engines and systems, by default `Engines` and `Systems` in that folder. Raises SimulationError
@@ -186,8 +190,9 @@ RUNNING = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
 
 
 def parse_catalog(lines: Iterable[str]) -> dict[str, str]:
-    """Return JSBSim's property catalog as a mapping from path to access; its lines read `path
-    (RW)`.
+    """Return JSBSim's property catalog as a mapping from path to access.
+
+    Its lines read `path (RW)`.
     """
     pairs = (line.rsplit(" (", 1) for line in lines)
     return {path.strip(): access.rstrip(") ") for path, access in pairs}

@@ -64,8 +64,9 @@ WHOLE = (
 
 
 def import_aircraft(file: Path, folder: Path) -> Path:
-    """Copy the aircraft of a JSBSim file, with all parts that it names, into a new folder; return
-    the new file.
+    """Copy the aircraft of a JSBSim file, with all parts that it names, into a new folder.
+
+    Return the new file.
 
     Raises BadInputError for a file that is no JSBSim aircraft, is too large, declares entities, or
     names a part outside its own folder and JSBSim's library.
@@ -108,8 +109,10 @@ def try_aircraft(copy: Path) -> None:
 
 
 def _try_in_child(copy: Path) -> None:
-    """Try an aircraft in a process of its own: JSBSim ends a process whose functions read
-    themselves, by their recursion. Raises BadInputError where it does, or takes too long.
+    """Try an aircraft in a process of its own.
+
+    JSBSim ends a process whose functions read themselves, by their recursion. Raises BadInputError
+    where it does, or takes too long.
     """
     code = f"import sys, pathlib; from {__name__} import try_aircraft as a; a(pathlib.Path(sys.argv[1]))"
     paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
@@ -170,8 +173,9 @@ def _paths(element: ET.Element) -> Iterator[str]:
 
 
 def set_to_zero(folder: Path) -> tuple[str, ...]:
-    """Return the properties that an aircraft's files read and nothing creates, set to 0 in its
-    copy.
+    """Return the properties that an aircraft's files read and nothing creates.
+
+    They are set to 0 in its copy.
     """
     root = parse_xml(folder / f"{folder.name}.xml").getroot()
     return tuple(e.text or "" for e in root.iterfind(f"system[@name='{ZEROS}']/property"))
@@ -182,8 +186,9 @@ RATE_OF = re.compile("velocities/[pqr]|alphadot")
 
 
 def left_tables(root: ET.Element, alphas: Sequence[float]) -> list[str]:
-    """Return a sentence for each table of lift or drag that ends before the angles of attack [rad]
-    of level flight do, by more than 1°.
+    """Return a sentence for each table of lift or drag that ends too early.
+
+    It ends before the angles of attack [rad] of level flight do, by more than 1°.
 
     JSBSim keeps the value of the last row there.
 
@@ -226,8 +231,9 @@ def _rows_by_angle(table: ET.Element) -> Iterator[Array]:
 
 
 def aircraft_name(path: Path) -> str:
-    """Return the name of the aircraft at a path: that of the file, with `_` for what the name of a
-    variant cannot hold.
+    """Return the name of the aircraft at a path.
+
+    It is that of the file, with `_` for what the name of a variant cannot hold.
     """
     name = re.sub(r"[^A-Za-z0-9.+-]+", "_", path.stem if path.suffix == ".xml" else path.name)
     return name.strip("_.")[:60] or "aircraft"
@@ -321,8 +327,9 @@ class _Import:
 
 
 def _require_no_command(name: str, root: ET.Element) -> None:
-    """Raise BadInputError for a property by which an airplane would command the simulator: to write
-    its state into files, to begin anew, to trim, to print.
+    """Raise BadInputError for a property by which an airplane would command the simulator.
+
+    Such a command is to write its state into files, to begin anew, to trim, to print.
     """
     # Each word is checked: JSBSim takes a line of several, and what follows an element within.
     texts = (text for e in root.iter() for text in (e.text, e.tail, *e.attrib.values()) if text)
@@ -335,8 +342,9 @@ def _require_no_command(name: str, root: ET.Element) -> None:
 
 
 def _require_short_delays(name: str, root: ET.Element) -> None:
-    """Raise BadInputError for a delay that fills the memory, or is no number: JSBSim then ends the
-    program.
+    """Raise BadInputError for a delay that fills the memory, or is no number.
+
+    JSBSim then ends the program.
     """
     for delay in root.iter("delay"):
         with suppress(ValueError):
@@ -358,8 +366,9 @@ class _Builder(ET.TreeBuilder):
         self._depth = 0
 
     def doctype(self, *_: object) -> None:
-        """Refuse a document type: it may declare entities, which read other files or grow without
-        limit.
+        """Refuse a document type.
+
+        It may declare entities, which read other files or grow without limit.
         """
         if not self._trusted:  # JSBSim's own parts declare some
             raise BadInputError(f"{self._name}: a DOCTYPE is not allowed; delete it")

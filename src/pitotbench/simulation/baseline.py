@@ -12,8 +12,9 @@ _INCHES = {"IN": 1.0, "FT": 12.0, "M": 12.0 / FOOT}
 
 
 def read_baseline(folder: Path) -> Baseline:
-    """Read the baseline of the aircraft in a folder: center of gravity, aerodynamic functions,
-    engines, settings.
+    """Read the baseline of the aircraft in a folder.
+
+    Center of gravity, aerodynamic functions, engines, settings.
 
     Raises BadInputError for a file that is not XML, or that holds text in place of a number.
     """

@@ -38,8 +38,9 @@ def count(value: float | tuple[float, ...], **rules: Any) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """The numbers that all maneuvers share: speeds [m/s, calibrated], turns, settling times,
-    tolerances.
+    """The numbers that all maneuvers share.
+
+    Speeds [m/s, calibrated], turns, settling times, tolerances.
 
     A turn is flown at `turn_rate` [rad/s] or at `bank_limit` [rad], whichever needs less bank.
     After a turn the aircraft settles for `settle` [s]; where it is not yet within the tolerances,

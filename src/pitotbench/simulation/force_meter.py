@@ -1,5 +1,6 @@
-"""Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the
-model there.
+"""Use JSBSim as a force meter.
+
+Put the aircraft into each measured state and read the forces of the model there.
 
 At each state the initial conditions are set anew. The model therefore cannot drift, and no
 autopilot can hide a force. Between two states the engines, governors and turbochargers run on at
@@ -46,8 +47,9 @@ PROBE = 0.1  # of a command: the step by which the gain from command to position
 
 
 def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool = True) -> Reaction:
-    """Return the forces and angular accelerations of an aircraft along a measured motion, and its
-    engine readings.
+    """Return the forces and angular accelerations of an aircraft along a measured motion.
+
+    Its engine readings come with them.
 
     Parameters: plant, freshly loaded, which cannot be used again; motion, the measured states;
     loaded_mass [kg], the mass of the loaded aircraft without any effect. Fuel is taken out of the
@@ -72,8 +74,9 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
 
 
 def visit_states(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -> Iterator[int]:
-    """Put the aircraft into each state with some calls, and yield its number; between them the
-    engines run on.
+    """Put the aircraft into each state with some calls, and yield its number.
+
+    Between two states the engines run on.
     """
     count, plant = len(motion.time), rig.plant
     steps = np.maximum(1, np.round(np.diff(motion.time) / plant.time_step)).astype(int)
@@ -110,8 +113,9 @@ def _hold(plant: Plant, motion: Motion) -> None:
 
 
 def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
-    """Return the geometric height [m] and the speed of sound [m/s] at each state's pressure, (n,)
-    each.
+    """Return the geometric height [m] and the speed of sound [m/s] at each state's pressure.
+
+    Both are (n,).
 
     They come from a table of the plant's atmosphere, which may be warmer than standard.
     """
@@ -131,8 +135,9 @@ def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
 
 
 def _initial_conditions(motion: Motion, heights: Array, sound: Array) -> Array:
-    """Return the states as JSBSim's initial conditions in still air, (n, 10), in the order of
-    `_IC`.
+    """Return the states as JSBSim's initial conditions in still air, (n, 10).
+
+    They are in the order of `_IC`.
     """
     speed = motion.mach * sound / FOOT
     flow = flow_direction(motion.angle_of_attack, motion.sideslip)
@@ -167,8 +172,9 @@ _IC = (
 
 @dataclass(slots=True)
 class _Servo:
-    """Move one control to a measured position, even where systems of the aircraft add to the
-    command.
+    """Move one control to a measured position.
+
+    It is moved even where systems of the aircraft add to the command.
     """
 
     write: Callable[[float], object]
@@ -207,8 +213,9 @@ class _Servo:
         return cls(plant.writer(command), read, factor, (below, above))
 
     def move(self, position: float) -> None:
-        """Move the control to a position [SI]; what systems of the aircraft add to the command
-        stays.
+        """Move the control to a position [SI].
+
+        What systems of the aircraft add to the command stays.
         """
         below, above = self.slopes
         added = self.read() - self.command * (above if self.command > 0.0 else below)
@@ -266,8 +273,9 @@ class Rig:
         return rig
 
     def check_surfaces(self) -> None:
-        """Raise SimulationError where a surface does not stay where it is put: the aircraft moves
-        it itself.
+        """Raise SimulationError where a surface does not stay where it is put.
+
+        The aircraft then moves it itself.
         """
         for _ in range(CALLS + 1):
             self.place(0)
@@ -310,8 +318,9 @@ class Rig:
             self.plant.fdm.set_dt(self.plant.time_step)
 
     def run_in(self, k: int) -> None:
-        """Bring the engines to the power of a state, while the airplane is put back into it each
-        tenth.
+        """Bring the engines to the power of a state.
+
+        The airplane is put back into it each tenth.
         """
         for _ in range(round(RUN_IN / TENTH)):
             self.place(k)
@@ -319,8 +328,9 @@ class Rig:
             self.plant.advance(round(TENTH / self.plant.time_step))
 
     def row(self) -> Array:
-        """Return the present reaction, (12,), in the order and the units of the fields of a
-        Reaction.
+        """Return the present reaction, (12,).
+
+        It is in the order and the units of the fields of a Reaction.
         """
         row = np.array([read() for read in self.reads]) * self.factors
         row[:3] /= self.mass[0]() * self.mass[1]
@@ -328,8 +338,9 @@ class Rig:
 
 
 def _controls(plant: Plant) -> list[tuple[str, str, str]]:
-    """Return each control, the command that moves it, and its position; an attached autopilot has
-    sticks.
+    """Return each control, the command that moves it, and its position.
+
+    An attached autopilot has sticks.
     """
     sticks = {
         name: f"ap/stick-{name}-norm" if plant.attached else ""

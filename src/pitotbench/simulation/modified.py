@@ -54,8 +54,9 @@ def install_variant(
     shelf: Path | None = None,
     anew: bool = False,
 ) -> Path:
-    """Write an aircraft with effects as a new aircraft, `<aircraft>+<variant>`, and return its
-    folder.
+    """Write an aircraft with effects as a new aircraft, and return its folder.
+
+    It is called `<aircraft>+<variant>`.
 
     The folder stands in `./aircraft` unless another `shelf` is given. Its `variant.toml` names the
     effects and their origin (`provenance`, any TOML table). Raises BadInputError for effects that
@@ -84,8 +85,9 @@ def install_variant(
 
 
 def patch_errors(aircraft: str) -> PatchErrors:
-    """Return what the patches of an aircraft may be off by, as its `variant.toml` states it; of an
-    aircraft without a patch nothing.
+    """Return what the patches of an aircraft may be off by, as its `variant.toml` states it.
+
+    Of an aircraft without a patch it is nothing.
 
     A patch that states no covariance has that of its bounds. What two patches change alike adds up.
     """
@@ -124,8 +126,9 @@ def _origin(aircraft: str) -> dict[str, Any] | None:
 
 
 def patched_sizes(aircraft: str) -> dict[tuple[str, str], float]:
-    """Return the sizes that the patches of an aircraft have, by effect and parameter; those of two
-    patches add up.
+    """Return the sizes that the patches of an aircraft have, by effect and parameter.
+
+    Those of two patches add up.
     """
     table = _origin(aircraft)
     if table is None:
@@ -137,8 +140,9 @@ def patched_sizes(aircraft: str) -> dict[tuple[str, str], float]:
 
 
 def unpatched(aircraft: str) -> str:
-    """Return the airplane before the patches that logs showed: those whose `variant.toml` states
-    bounds. Any other airplane is itself.
+    """Return the airplane before the patches that logs showed.
+
+    These are the ones whose `variant.toml` states bounds. Any other airplane is itself.
     """
     table = _origin(aircraft)
     if table is None or "two_sigma" not in table.get("provenance", {}):
@@ -156,8 +160,9 @@ def _sum(first: Mapping[Any, float], second: Mapping[Any, float]) -> dict[Any, f
 
 
 def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
-    """Return as XML what effects add to the JSBSim file of an aircraft; empty where none acts on
-    the aircraft.
+    """Return as XML what effects add to the JSBSim file of an aircraft.
+
+    It is empty where none acts on the aircraft.
     """
     overlay = _overlay(
         aircraft, chosen([e for e in effects if effect_of(e.name).acts_on == "aircraft"])
@@ -166,8 +171,9 @@ def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
 
 
 def require_free(aircraft: str, variant: str) -> None:
-    """Raise BadInputError where a variant cannot be written: of no aircraft, with forbidden
-    characters, or with a name that is taken.
+    """Raise BadInputError where a variant cannot be written.
+
+    It would be of no aircraft, have forbidden characters, or a name that is taken.
     """
     if aircraft == "none":
         raise BadInputError("--aircraft none has no aircraft to patch: name the aircraft")
@@ -200,8 +206,9 @@ MOST_BALLAST = 1000.0  # kg: beyond it the mass is that of another airplane, or 
 
 @dataclass(frozen=True, slots=True)
 class Loading:
-    """The loading of an aircraft: `fuel`, the share of the fuel in its file (0 to 1), and `ballast`
-    [kg].
+    """The loading of an aircraft.
+
+    `fuel` is the share of the fuel in its file (0 to 1), and `ballast` in kg.
     """
 
     fuel: float = 1.0
@@ -210,8 +217,9 @@ class Loading:
 
 @cache
 def loaded_mass(aircraft: str) -> float:
-    """Return the mass of an aircraft on its weight sheet, with the load and the fuel of its file
-    [kg].
+    """Return the mass of an aircraft on its weight sheet [kg].
+
+    It is with the load and the fuel of its file.
 
     A patched mass is an error of the sheet: the sheet lacks it, as the mass column of a log does.
     """
@@ -228,8 +236,9 @@ def loaded_fuel(aircraft: str) -> float:
 
 
 def tanks(plant: Plant) -> tuple[str, ...]:
-    """Return the properties of the fuel in each tank of an aircraft [lb]; of more than two, the
-    first two.
+    """Return the properties of the fuel in each tank of an aircraft [lb].
+
+    Of more than two tanks they are the first two.
     """
     return tuple(tank for tank in TANKS if plant.serves(tank))
 
@@ -240,8 +249,9 @@ def mass_of(aircraft: str, loading: Loading) -> float:
 
 
 def loading_of(aircraft: str, mass: float) -> Loading:
-    """Return the loading that gives an aircraft a mass [kg]: fuel as far as the tanks allow, then
-    ballast.
+    """Return the loading that gives an aircraft a mass [kg].
+
+    It is fuel as far as the tanks allow, then ballast.
 
     Raises BadInputError where the mass cannot be that of this aircraft.
     """
@@ -250,8 +260,9 @@ def loading_of(aircraft: str, mass: float) -> Loading:
 
 
 def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
-    """Return the ballast [kg] that lets fuel alone account for all masses from `heaviest` to
-    `lightest` [kg].
+    """Return the ballast [kg] that lets fuel alone account for all masses of a log.
+
+    They go from `heaviest` to `lightest` [kg].
 
     It is negative where the aircraft is lighter than its file says with `LEAST_FUEL` in the tanks.
     Raises BadInputError where more than `MOST_BALLAST` would be needed.
@@ -268,8 +279,9 @@ def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
 
 
 def ballast_overlay(aircraft: str, ballast: float) -> Overlay:
-    """Return an overlay that puts ballast [kg] at the center of gravity of an aircraft; empty for
-    no ballast.
+    """Return an overlay that puts ballast [kg] at the center of gravity of an aircraft.
+
+    It is empty for no ballast.
     """
     if not ballast:
         return Overlay()

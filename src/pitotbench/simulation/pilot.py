@@ -1,5 +1,6 @@
-"""The pilot of a maneuver: what the cockpit offers, the phases of a flight, and how a pilot flies
-them.
+"""The pilot of a maneuver.
+
+What the cockpit offers, the phases of a flight, and how a pilot flies them.
 """
 
 from collections import deque
@@ -86,8 +87,9 @@ class Person(AutopilotOnly):
         self._waiting.append((self._now + self.reaction, name, value))
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Set the commands that are due, then let commanded values drift and correct the deviations
-        noticed.
+        """Set the commands that are due, then drift and correct.
+
+        Commanded values drift, and deviations that are noticed are corrected.
         """
         self._now += seconds
         while self._waiting and self._waiting[0][0] <= self._now:
@@ -119,8 +121,9 @@ class Person(AutopilotOnly):
 
 
 class BusyPerson(Person):
-    """The same person with other tasks: twice the reaction time, thresholds, drifts and setting
-    error.
+    """The same person with other tasks.
+
+    Reaction time, thresholds, drifts and setting error are twice as large.
     """
 
     reaction, coarseness = 1.0, 2.0
@@ -146,8 +149,9 @@ ALTITUDE_BY_PITCH, AIRSPEED_BY_PITCH = 1, 2  # ap/pitch-mode
 
 @dataclass(slots=True)
 class Targets:
-    """The values to hold: calibrated airspeed [m/s], true heading [rad], geometric altitude [m],
-    bank [rad].
+    """The values to hold.
+
+    Calibrated airspeed [m/s], true heading [rad], geometric altitude [m], bank [rad].
     """
 
     airspeed: float
@@ -289,8 +293,9 @@ class Cockpit:
         )
 
     def power_step(self, step: float) -> tuple[float, float]:
-        """Return the change of the power setting for a step [Pa] of manifold pressure, and the
-        lowest setting.
+        """Return the change of the power setting for a step, and the lowest setting.
+
+        The step is in Pa of manifold pressure.
 
         A lever goes from here to idle in as many steps as the manifold pressure of the bench's own
         aircraft does.
@@ -309,8 +314,9 @@ class Cockpit:
         )
 
     def turn_bank(self) -> float:
-        """Return the bank [rad] of a level, coordinated turn at the card's rate and the present
-        true airspeed.
+        """Return the bank [rad] of a level, coordinated turn at the card's rate.
+
+        It is for the present true airspeed.
 
         The bank limit of the card is the largest value.
         """
@@ -391,8 +397,9 @@ def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
 
 
 def settle(cockpit: Cockpit, label: str = "", quantities: tuple[str, ...] = ALL) -> Ticks:
-    """Let the aircraft settle for the card's time; for up to twice that while quantities are out of
-    tolerance.
+    """Let the aircraft settle for the card's time.
+
+    It is up to twice that while quantities are out of tolerance.
     """
     cockpit.begin(label or cockpit.name("settle"))
     yield from wait(cockpit.card.settle)
@@ -430,8 +437,9 @@ def turn(cockpit: Cockpit, heading: float) -> Ticks:
 
 
 def sweep(cockpit: Cockpit, angle: float, bank: float, lead: bool = False) -> Ticks:
-    """Turn through an angle [rad] at a constant bank [rad]; the sign of the bank is the side of the
-    turn.
+    """Turn through an angle [rad] at a constant bank [rad].
+
+    The sign of the bank is the side of the turn.
 
     With `lead`, stop early by the angle that the roll-out needs.
     Raises SimulationError where it takes far longer than the turn rate of the bank says.
@@ -473,8 +481,9 @@ def accelerate(cockpit: Cockpit, airspeed: float) -> Ticks:
 
 
 def decelerate(cockpit: Cockpit, airspeed: float, label: str) -> Ticks:
-    """Slow down by throttle to near an airspeed [m/s], at most at the card's rate, straight or in a
-    turn.
+    """Slow down by throttle to near an airspeed [m/s], straight or in a turn.
+
+    It is done at most at the card's rate.
 
     Raises SimulationError where the speed is not reached.
     """
@@ -504,8 +513,9 @@ def change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
 
 
 def step_down(cockpit: Cockpit, step: float, step_time: float, floor: float, *judged: str) -> Ticks:
-    """Reduce the power in steps [Pa of manifold pressure], one each `step_time` [s], down to
-    `floor` [m/s].
+    """Reduce the power in steps, one each `step_time` [s], down to `floor` [m/s].
+
+    A step is in Pa of manifold pressure.
 
     Raises SimulationError where the power is at idle before that.
     """

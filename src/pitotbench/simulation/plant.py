@@ -163,8 +163,9 @@ class Plant:
         overlay: Overlay | None = None,
         at_once: bool = False,
     ) -> "Plant":
-        """Load an aircraft of the hangar, to be run at a rate [Hz], with the overlay of its
-        effects.
+        """Load an aircraft of the hangar, to be run at a rate [Hz].
+
+        It has the overlay of its effects.
 
         With `at_once` its actuators have no lag: for a force meter, which puts the surfaces where a
         log has them.
@@ -197,8 +198,9 @@ class Plant:
             return cls(fdm, aircraft, transcript, read_record(folder), branch)
 
     def getter(self, name: str) -> tuple[Callable[[], float], float]:
-        """Return the read function of a property and its SI factor, for loops that read at every
-        step.
+        """Return the read function of a property and its SI factor.
+
+        They are for loops that read at every step.
         """
         if name not in self._getters:
             line = self._line(name)
@@ -228,8 +230,9 @@ class Plant:
             raise SimulationError(f"JSBSim did not take {name} = {value}.{self._transcript.said()}")
 
     def writer(self, name: str) -> Callable[[float], bool]:
-        """Return the write function of a property, in JSBSim's unit, for loops that write at every
-        step.
+        """Return the write function of a property, in JSBSim's unit.
+
+        It is for loops that write at every step.
         """
         write: Callable[[float], bool] = self._tree.get_node(self._line(name).path).set_double_value
         return write
@@ -281,8 +284,9 @@ class Plant:
                 raise self.failure("JSBSim stopped")
 
     def check(self) -> None:
-        """Raise SimulationError where the state is not a number, the aircraft is on the ground, or
-        it departed.
+        """Raise SimulationError where the flight is at an end.
+
+        The state is not a number, the aircraft is on the ground, or it departed.
         """
         height, alpha, beta, roll = [read() for read in self._watched]
         # The sum is finite only where all four are: one test instead of four.
@@ -300,8 +304,9 @@ class Plant:
             )
 
     def failure(self, what: str) -> SimulationError:
-        """Return an error that says what happened, at which time, speed and height, and what JSBSim
-        reported.
+        """Return an error that says what happened, where, and what JSBSim reported.
+
+        Where is at which time, speed and height.
         """
         state = (
             f"{self.get('time'):.1f} s, {self.get('calibrated_airspeed') / KNOT:.1f} KCAS, "
@@ -382,8 +387,9 @@ class Plant:
             self.set(path, size)
 
     def _start_in_trim(self, altitude: float, airspeed: float, heading: float, air: Air) -> None:
-        """Hold an aircraft with an attached autopilot in level flight, with its engines at the
-        power of that.
+        """Hold an aircraft with an attached autopilot in level flight.
+
+        Its engines are at the power of that.
         """
         self.start_frozen(altitude, airspeed, heading, air)
         self.set("throttle_command", self.get("ap/model/lever-level"))
@@ -399,8 +405,9 @@ class Plant:
     def _place(
         self, altitude: float, airspeed: float, heading: float, air: Air, alpha: float = 0.0
     ) -> None:
-        """Set the initial conditions: position, airspeed, and the wind on top of the ground
-        velocity.
+        """Set the initial conditions.
+
+        Position, airspeed, and the wind on top of the ground velocity.
         """
         # Position before speed: a latitude set after the airspeed turns 160 KCAS into 172.
         self.set("temperature_offset", air.temperature_offset)
@@ -468,8 +475,9 @@ class Plant:
         raise self.failure("the engines do not start")
 
     def _settle(self, altitude: float, airspeed: float, heading: float, limit: float) -> None:
-        """Fly on until level flight is held; check every few seconds once the first transient is
-        over.
+        """Fly on until level flight is held.
+
+        It is checked every few seconds once the first transient is over.
         """
         self.run(min(SETTLE_FIRST, limit))
         while True:

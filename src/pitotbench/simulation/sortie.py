@@ -45,8 +45,9 @@ def lines_of(names: Collection[str] | None) -> tuple[Property, ...]:
 
 
 class Recorder:
-    """Run a plant and keep channels of the table, by default all that its aircraft serves, at every
-    step.
+    """Run a plant and keep channels of the table at every step.
+
+    By default they are all that its aircraft serves.
 
     Each step is one packed row, converted to SI block by block.
 
@@ -67,8 +68,9 @@ class Recorder:
         self._blocks: list[Array] = []
 
     def advance(self, steps: int) -> None:
-        """Run the plant a number of steps and record after each. Raises SimulationError where
-        JSBSim stops.
+        """Run the plant a number of steps and record after each.
+
+        Raises SimulationError where JSBSim stops.
         """
         run, pack, rows, reads = self._plant.fdm.run, self._pack, self._rows.data, self._reads
         for count in (min(BLOCK, steps - done) for done in range(0, steps, BLOCK)):
@@ -119,8 +121,9 @@ SPREAD = 1.8  # largest ratio of the two speeds: more takes a jet minutes, and t
 
 
 def card_of(case: Case) -> Card:
-    """Return the card of a case: that of its maneuver, scaled to the speeds of its aircraft, with
-    its overrides.
+    """Return the card of a case.
+
+    It is that of its maneuver, scaled to the speeds of its aircraft, with its overrides.
 
     Raises UnknownNameError for an unknown maneuver, aircraft or entry, BadInputError for a value of
     wrong shape.
@@ -146,8 +149,9 @@ def scaled_card(aircraft: str, maneuver: str) -> Card:
 
 
 def scaled_case(case: Case) -> Case:
-    """Return a case whose true pressure error is scaled to its aircraft's card as the default is to
-    100 KCAS.
+    """Return a case whose true pressure error is scaled to its aircraft's card.
+
+    It is scaled as the default is to 100 KCAS.
 
     The reference pressure becomes the impact pressure at the slowest speed of the cards. A case of
     the bench's own aircraft is returned as it is.
@@ -189,8 +193,9 @@ Progress = Callable[[float, str], None]
 def fly(
     case: Case | str, progress: Progress | None = None, channels: Collection[str] | None = None
 ) -> Flight:
-    """Fly the maneuver of a case, or the usual case of a maneuver by its name, and return the truth
-    at the case's rate of integration.
+    """Fly the maneuver of a case, or the usual case of a maneuver by its name.
+
+    Return the truth at the case's rate of integration.
 
     A case that states no error curve has the usual one at the speeds of its aircraft (see
     `with_usual_curve`), which `Flight.case` then holds.

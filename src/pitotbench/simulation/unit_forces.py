@@ -40,8 +40,9 @@ def _path(axis: str) -> str:
 
 
 def unit_overlay(axes: Sequence[str] = AXES) -> Overlay:
-    """Return the overlay that a plant needs for this measurement: a force of any size along each
-    axis.
+    """Return the overlay that a plant needs for this measurement.
+
+    It is a force of any size along each axis.
     """
     return Overlay(
         sizes=tuple((_path(axis), 0.0) for axis in axes),
@@ -52,8 +53,9 @@ def unit_overlay(axes: Sequence[str] = AXES) -> Overlay:
 def _unit_changes(
     plant: Plant, axes: Sequence[str], read: Callable[[], Array], base: Array
 ) -> Array:
-    """Return the change of a reading, whose value is `base`, by a unit of each axis in this state,
-    (a, 6).
+    """Return the change of a reading by a unit of each axis in this state, (a, 6).
+
+    `base` is the value of the reading.
     """
     changes = np.empty((len(axes), 6))
     for change, axis in zip(changes, axes, strict=True):
@@ -69,8 +71,9 @@ def _unit_changes(
 def measure_terms(
     plant: Plant, motion: Motion, names: Iterable[str], axes: Sequence[str] = UNIT_AXES
 ) -> AeroTerms:
-    """Return the aerodynamic forces of a model along a measured motion, and the values of some of
-    its functions.
+    """Return the aerodynamic forces of a model along a measured motion.
+
+    The values of some of its functions come with them.
 
     Engines and mass do not matter: the forces are those of the air alone. Parameters: plant,
     freshly loaded with the `unit_overlay` of the axes; motion, the measured states, whose mass
@@ -106,8 +109,9 @@ def measure_terms(
 
 
 def inertia_of(plant: Plant) -> tuple[float, float, float, float]:
-    """Return the moments of inertia about the body axes, and the product of inertia ∫xz dm
-    [kg m²]: Ixx, Iyy, Izz, Ixz.
+    """Return the moments of inertia about the body axes, and the product of inertia.
+
+    They are Ixx, Iyy, Izz and Ixz = ∫xz dm [kg m²].
 
     JSBSim's property `ixz` is an element of the tensor of inertia, and so the negative of the
     product of inertia.
@@ -118,8 +122,9 @@ def inertia_of(plant: Plant) -> tuple[float, float, float, float]:
 
 
 def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelForces:
-    """Return the forces, power, weight and inertia of a model along a measured motion, engines
-    running.
+    """Return the forces, power, weight and inertia of a model along a measured motion.
+
+    The engines run.
 
     Parameters: plant, freshly loaded; motion, the measured states, whose mass counts from its first
     state: as much fuel is taken out of the tanks; names of functions, of which those that the model

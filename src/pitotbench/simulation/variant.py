@@ -1,5 +1,6 @@
-"""Write aircraft variants: copies of an aircraft's folder with the overlay of effects in the JSBSim
-file.
+"""Write aircraft variants.
+
+They are copies of an aircraft's folder with the overlay of effects in the JSBSim file.
 """
 
 import re
@@ -93,8 +94,9 @@ def throttle_settings(root: ET.Element) -> list[tuple[ET.Element, ET.Element]]:
 
 
 def ground_rates(root: ET.Element) -> list[ET.Element]:
-    """Return the places where the aerodynamics of an aircraft's file read JSBSim's rate of a flow
-    angle.
+    """Return where the aerodynamics of an aircraft's file read the rate of a flow angle.
+
+    The rate is JSBSim's.
     """
     every = root.iterfind("aerodynamics//*")
     return [element for element in every if (element.text or "").strip() in AIR_RATES]
@@ -181,8 +183,9 @@ def free_branch(root: ET.Element) -> str:
 
 
 def _insert(root: ET.Element, overlay: Overlay) -> None:
-    """Put each part of an overlay where JSBSim looks for it, under a branch of properties that is
-    not yet used.
+    """Put each part of an overlay where JSBSim looks for it.
+
+    It stands under a branch of properties that is not yet used.
     """
     branch = free_branch(root)
     _insert_system(root, overlay, branch)
@@ -220,8 +223,9 @@ def _next_mass(root: ET.Element) -> int:
 
 
 def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
-    """Insert a system that declares the sizes and has a component for every property written at
-    each step.
+    """Insert a system that declares the sizes and writes the properties.
+
+    It has a component for every property written at each step.
     """
     system = ET.Element("system", name=branch)
     timed = overlay.winds or RECORDING_START in repr(overlay)
@@ -252,8 +256,10 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
 
 
 def _add_earlier(root: ET.Element, function: ET.Element) -> None:
-    """Let a setting read each size together with those that earlier overlays of the file have for
-    the same effect: of two settings of one property the last one alone counts.
+    """Let a setting read each size together with those that earlier overlays have.
+
+    They are of the file and of the same effect: of two settings of one property the last one alone
+    counts.
     """
     declared = [element.text or "" for element in root.iterfind("system/property")]
     for element in [*function.iter("property")]:
@@ -270,8 +276,9 @@ def _add_earlier(root: ET.Element, function: ET.Element) -> None:
 
 
 def _gusts(overlay: Overlay) -> list[tuple[str, Expression]]:
-    """Return the sum of the wind terms for each axis, on the property that JSBSim adds to wind and
-    turbulence.
+    """Return the sum of the wind terms for each axis.
+
+    It is on the property that JSBSim adds to wind and turbulence.
     """
     found = []
     for toward in ("north", "east", "down"):

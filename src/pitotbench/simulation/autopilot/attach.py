@@ -1,5 +1,6 @@
-"""Make an aircraft flyable by the bench, once: import its files, explore it, shape its loops, write
-its autopilot.
+"""Make an aircraft flyable by the bench, once.
+
+Import its files, explore it, shape its loops, write its autopilot.
 """
 
 import os
@@ -55,8 +56,9 @@ ENGINE_KINDS = {
 
 
 def attach(source: Path) -> Path:
-    """Return the folder of an aircraft with the bench's autopilot; `source` is a JSBSim file or its
-    folder.
+    """Return the folder of an aircraft with the bench's autopilot.
+
+    `source` is a JSBSim file or its folder.
 
     It is made the first time, which takes seconds, and kept in the cache under a digest of all
     files. It is made again where another process has deleted it. Raises BadInputError for files
@@ -205,8 +207,9 @@ def _digest(folder: Path) -> str:
 
 
 def _keep(made: Path, place: Path, files: Set[Path]) -> Path:
-    """Put the folder of a finished aircraft into its place in the cache, completely or not at all;
-    return the place.
+    """Put the folder of a finished aircraft into its place in the cache, and return the place.
+
+    It is put there completely or not at all.
     """
     try:
         place.parent.mkdir(parents=True, exist_ok=True)

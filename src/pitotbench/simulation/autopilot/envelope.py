@@ -44,8 +44,9 @@ class Trim:
 
 @dataclass(frozen=True, slots=True)
 class Envelope:
-    """The speeds of an aircraft at one height [m/s calibrated], and its trim points from slow to
-    fast.
+    """The speeds of an aircraft at one height, and its trim points from slow to fast.
+
+    Speeds are in m/s, calibrated.
 
     `limited` says that the fastest speed is a Mach number of 0.7, not the maximum level speed.
     """
@@ -125,8 +126,9 @@ def trim(aircraft: FrozenAircraft, speed: float) -> Trim:
 
 
 def strict(gains: Array, levers: Array) -> tuple[Array, Array]:
-    """Return gains (k,) that rise everywhere, with their levers (k,): the highest of each run of
-    equal gains.
+    """Return gains (k,) that rise everywhere, with their levers (k,).
+
+    They are the highest of each run of equal gains.
     """
     keep = np.append(np.diff(gains) > 1e-6, True)
     return gains[keep], levers[keep]
@@ -159,8 +161,9 @@ def balance(aircraft: FrozenAircraft, state: State) -> tuple[State, float]:
 
 
 def _newton(aircraft: FrozenAircraft, state: State, now: Array) -> Array:
-    """Return the change of angle of attack [rad] and elevator that balances a state, by the slopes
-    there.
+    """Return the change of angle of attack [rad] and elevator that balances a state.
+
+    It is found by the slopes there.
     """
     steps = (0.3 * DEGREE, 0.02)
     changed = (
@@ -188,8 +191,9 @@ def _residual(aircraft: FrozenAircraft, state: State) -> Array:
 
 
 def _carries(aircraft: FrozenAircraft, speed: float) -> bool:
-    """Return whether the wing carries the weight at a true airspeed [m/s], at any angle that the
-    elevator holds.
+    """Return whether the wing carries the weight at a true airspeed [m/s].
+
+    It may do so at any angle that the elevator holds.
     """
     for alpha in ALPHAS.tolist():
         elevator = elevator_for(aircraft, speed, alpha)
@@ -201,8 +205,9 @@ def _carries(aircraft: FrozenAircraft, speed: float) -> bool:
 
 
 def elevator_for(aircraft: FrozenAircraft, speed: float, alpha: float) -> float | None:
-    """Return the elevator at which the pitching moment is zero; None where its travel does not
-    suffice.
+    """Return the elevator at which the pitching moment is zero.
+
+    None where its travel does not suffice.
     """
     low, high = (
         aircraft.accelerations(State(speed, alpha, elevator=e)).q
@@ -214,8 +219,9 @@ def elevator_for(aircraft: FrozenAircraft, speed: float, alpha: float) -> float 
 
 
 def _fastest(aircraft: FrozenAircraft, stall: float) -> tuple[float, bool]:
-    """Return the highest true airspeed [m/s] of level flight at full power, and whether Mach 0.7
-    came first.
+    """Return the highest true airspeed [m/s] of level flight at full power.
+
+    It comes with whether Mach 0.7 came first.
     """
     speed, step = 1.2 * stall, 1.1
     state, best = State(speed, alpha=6.0 * DEGREE), 0.0

@@ -77,16 +77,18 @@ class Accelerations:
         return self.u * cos(alpha) + self.w * sin(alpha)
 
     def normal(self, alpha: float) -> float:
-        """Return the rate of the velocity across the path in the plane of symmetry [m/s²], down
-        positive.
+        """Return the rate of the velocity across the path in the plane of symmetry [m/s²].
+
+        Down is positive.
         """
         return self.w * cos(alpha) - self.u * sin(alpha)
 
 
 @dataclass(frozen=True, slots=True)
 class Engines:
-    """What an aircraft's files say of its engines: their kinds; the idle speed [rpm] of pistons, 0
-    without one.
+    """What an aircraft's files say of its engines.
+
+    Their kinds; the idle speed [rpm] of pistons, 0 without one.
     """
 
     kind: str
@@ -132,8 +134,9 @@ class FrozenAircraft:
             self._fdm[path] = value
 
     def climb_to(self, altitude: float, speed: float) -> None:
-        """Hold the aircraft at another height [m] and a true airspeed [m/s], with its engines
-        running.
+        """Hold the aircraft at another height [m] and a true airspeed [m/s].
+
+        Its engines run.
         """
         if not self._turn():
             self.start_engines()  # at the height before, where they have started once
@@ -217,8 +220,9 @@ class FrozenAircraft:
         self.write(OWN_LEVER, max(lever, self.idle))
 
     def find_idle(self, speeds: Iterable[float]) -> None:
-        """Raise `idle` until a piston engine turns at its stated idle speed at all airspeeds [m/s,
-        true].
+        """Raise `idle` until a piston engine turns at its stated idle speed.
+
+        It does so at all airspeeds [m/s, true].
 
         In the air a fixed-pitch propeller can drag an engine at closed throttle so far below it
         that it stops.
@@ -342,8 +346,9 @@ class FrozenAircraft:
         return abs(seen[1] - seen[0]) > 1e-4
 
     def calibrated(self, speed: float) -> float:
-        """Return the calibrated airspeed [m/s] of a true airspeed [m/s] at the height of this
-        aircraft.
+        """Return the calibrated airspeed [m/s] of a true airspeed [m/s].
+
+        It is that at the height of this aircraft.
         """
         self.place(State(speed))
         self.run(1)

@@ -86,8 +86,10 @@ SLIGHT = 0.001  # rad/s² a radian or a rad/s: a smaller slope is none
 
 
 def wrong_slopes(aircraft: FrozenAircraft, models: Sequence[Linear]) -> list[str]:
-    """Return a sentence for each slope of a moment about the body axes whose sign makes the
-    airplane unstable, with the calibrated airspeeds. Sideslip is positive with wind from the right.
+    """Return a sentence for each slope of a moment whose sign makes the airplane unstable.
+
+    The moments are about the body axes; a sentence has the calibrated airspeeds. Sideslip is
+    positive with wind from the right.
     """
     ixx, izz, ixz = (aircraft.read(f"inertia/{part}-slugs_ft2") for part in ("ixx", "izz", "ixz"))
     stable = []

@@ -28,9 +28,11 @@ JUDGED = ("heading", "altitude")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepDecreaseCard(Card):
-    """Martos et al. (2011), III.A: from 160 KCAS less one inch of manifold pressure every 5 to 10 s
-    until 130 KCAS; a turn to the reciprocal; the same to 100 KCAS. ±2°, ±50 ft, no airspeed
-    tolerance; 5 to 6 minutes (Table 2: 6).
+    """Step Decrease of Martos et al. (2011), III.A: less power step by step.
+
+    From 160 KCAS less one inch of manifold pressure every 5 to 10 s until 130 KCAS; a turn to the
+    reciprocal; the same to 100 KCAS. ±2°, ±50 ft, no airspeed tolerance; 5 to 6 minutes (Table 2:
+    6).
 
     Ours: `dwell` at the first speed of each heading before the power is reduced; `speeds` are those
     at which each deceleration starts and ends.
@@ -45,8 +47,9 @@ class StepDecreaseCard(Card):
 
 
 def fly_step_decrease(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
-    """Fly the card: set up unrecorded; then, for each pair of speeds, leg, power steps, turn,
-    settle.
+    """Fly the card.
+
+    Set up unrecorded; then, for each pair of speeds, leg, power steps, turn, settle.
     """
     heading = card.heading
     yield from set_up(cockpit, card.speeds[0], heading)
@@ -62,8 +65,9 @@ def fly_step_decrease(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepBothWaysCard(Card):
-    """Step Decrease of Martos et al. (2011), III.A, with every speed on both headings, so that the
-    wind along the track and the curve are two unknowns, not one. ±2°, ±50 ft, no airspeed
+    """Step Decrease of Martos et al. (2011), III.A, with every speed on both headings.
+
+    The wind along the track and the curve are then two unknowns, not one. ±2°, ±50 ft, no airspeed
     tolerance.
 
     Ours: all but the steps. From the first speed to the last on one heading, a turn to the
@@ -81,8 +85,9 @@ class StepBothWaysCard(Card):
 
 
 def fly_step_both_ways(cockpit: Cockpit, card: StepBothWaysCard) -> Ticks:
-    """Fly the card: set up unrecorded; then leg and power steps, with turn, acceleration and
-    settling between.
+    """Fly the card.
+
+    Set up unrecorded; then leg and power steps, with turn, acceleration and settling between.
     """
 
     def step_by_step(_: int) -> Ticks:
@@ -93,8 +98,10 @@ def fly_step_both_ways(cockpit: Cockpit, card: StepBothWaysCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RapidDecelCard(Card):
-    """Martos et al. (2011), III.A: at 160 KCAS power to idle, slow to 100 KCAS; a turn to the
-    reciprocal; the same again. ±2°, ±50 ft, no airspeed tolerance; under 5 minutes (Table 2: 5).
+    """Rapid Deceleration of Martos et al. (2011), III.A.
+
+    At 160 KCAS power to idle, slow to 100 KCAS; a turn to the reciprocal; the same again. ±2°, ±50
+    ft, no airspeed tolerance; under 5 minutes (Table 2: 5).
 
     Ours: `dwell` at the first speed before the power is reduced. The turn is flown at the last
     speed; the aircraft then accelerates on the new heading, settles and repeats.
@@ -108,8 +115,9 @@ class RapidDecelCard(Card):
 
 
 def fly_rapid_decel(cockpit: Cockpit, card: RapidDecelCard) -> Ticks:
-    """Fly the card: set up unrecorded; then leg and deceleration, with turn, acceleration and
-    settling between.
+    """Fly the card.
+
+    Set up unrecorded; then leg and deceleration, with turn, acceleration and settling between.
     """
 
     def with_power_idle(run: int) -> Ticks:

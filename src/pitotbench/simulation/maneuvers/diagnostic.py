@@ -1,5 +1,6 @@
-"""Diagnostic: climb, descent, sideslips and power changes, which separate causes that calibrations
-confuse.
+"""Diagnostic: climb, descent, sideslips and power changes.
+
+They separate causes that calibrations confuse.
 """
 
 from dataclasses import dataclass
@@ -22,10 +23,12 @@ from pitotbench.simulation.pilot import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosticCard(Card):
-    """Ours: at the first speed a climb and a descent at constant airspeed (they separate a slow
-    static line from a slow pitot line, and height from time), steady-heading sideslips to both
-    sides (sideslip error, rudder), a turn to the reciprocal (GPS against air data), and power to
-    idle and back on one heading (lag against latency, drag against power).
+    """Ours: what separates causes that a calibration confuses.
+
+    At the first speed a climb and a descent at constant airspeed (they separate a slow static line
+    from a slow pitot line, and height from time), steady-heading sideslips to both sides (sideslip
+    error, rudder), a turn to the reciprocal (GPS against air data), and power to idle and back on
+    one heading (lag against latency, drag against power).
     """
 
     speeds: tuple[float, ...] = quantity((150.0, 110.0), "kt", decreasing=True)
@@ -39,8 +42,9 @@ class DiagnosticCard(Card):
 
 
 def fly_diagnostic(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
-    """Fly the card: set up unrecorded; leg, climb, descent, sideslips, turn, power to idle and
-    back.
+    """Fly the card.
+
+    Set up unrecorded; leg, climb, descent, sideslips, turn, power to idle and back.
     """
     fast, slow = card.speeds[0], card.speeds[-1]
     yield from set_up(cockpit, fast, card.heading)

@@ -15,9 +15,10 @@ from pitotbench.units import KNOT
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FourLegCard(Card):
-    """Martos et al. (2011), III.A: 160, 140, 120 and 100 KCAS, straight legs 90° apart, 5 to 10 s
-    on condition a leg, ±1 KCAS, ±2°, ±50 ft, a circuit in 5 to 7 minutes (Table 2: 21 minutes in
-    all).
+    """4-Leg of Martos et al. (2011), III.A: straight legs 90° apart at each speed.
+
+    160, 140, 120 and 100 KCAS, 5 to 10 s on condition a leg, ±1 KCAS, ±2°, ±50 ft, a circuit in 5
+    to 7 minutes (Table 2: 21 minutes in all).
 
     Ours: standard-rate turns, the last of which closes the circuit; `settle` after each turn;
     `dwell` on condition.
@@ -43,9 +44,10 @@ def fly_four_leg(cockpit: Cockpit, card: FourLegCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RaceTrackCard(Card):
-    """Martos et al. (2011), III.A: 160, 140, 120 and 100 KCAS, 60 s on condition on each of two
-    reciprocal headings, ±1 KCAS, ±2°, ±50 ft, a circuit in 3 to 4 minutes (Table 2: 15 minutes in
-    all).
+    """Race Track of Martos et al. (2011), III.A: two reciprocal legs at each speed.
+
+    160, 140, 120 and 100 KCAS, 60 s on condition on each of two headings, ±1 KCAS, ±2°, ±50 ft, a
+    circuit in 3 to 4 minutes (Table 2: 15 minutes in all).
 
     Ours: the second turn closes the circuit and counts in its time; `settle` follows the first
     turn.
@@ -70,9 +72,10 @@ def fly_race_track(cockpit: Cockpit, card: RaceTrackCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CloverleafCard(Card):
-    """Ours: the cloverleaf that flight-test handbooks fly at one speed, with legs on three headings
-    that cross over one place, each followed by a turn of 240° to the right; then the same at a
-    lower speed. ±2 KCAS, ±5° and ±50 ft on the legs.
+    """Ours: the cloverleaf that flight-test handbooks fly at one speed, at several.
+
+    Its legs on three headings cross over one place, each followed by a turn of 240° to the right;
+    then the same at a lower speed. ±2 KCAS, ±5° and ±50 ft on the legs.
 
     The legs calibrate the airplane with wings level, as it is normally flown. The turns are data as
     well: they pass every heading, and gusts average out in them.
@@ -90,8 +93,9 @@ class CloverleafCard(Card):
 
 
 def fly_cloverleaf(cockpit: Cockpit, card: CloverleafCard) -> Ticks:
-    """Fly the card: set up unrecorded; at each speed a leg and a turn for each heading; slow down
-    between.
+    """Fly the card.
+
+    Set up unrecorded; at each speed a leg and a turn for each heading; slow down between.
     """
     first = card.headings[0]
     yield from set_up(cockpit, card.speeds[0], first)

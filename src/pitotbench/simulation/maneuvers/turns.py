@@ -31,8 +31,10 @@ FEET_A_KNOT, SPEED_STEP, MOST_TRADED = 25.0 * FOOT / KNOT, 0.5 * KNOT, 1.5 * KNO
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CircleCard(Card):
-    """Martos et al. (2011), III.A: 30° of bank, 160, 140, 120 and 100 KCAS, ±2 KCAS and ±50 ft;
-    flown in the simulator only (Table 2: 6 minutes).
+    """Circle of Martos et al. (2011), III.A: full turns at 30° of bank.
+
+    160, 140, 120 and 100 KCAS, ±2 KCAS and ±50 ft; flown in the simulator only (Table 2: 6
+    minutes).
 
     Ours: `settle` in the turn, then `circles` full turns on condition; the roll-out belongs to the
     set-up. With `fixed_power` = 1 the power found while settling is kept and pitch holds airspeed
@@ -104,8 +106,9 @@ def by_pitch(cockpit: Cockpit, airspeed: float, ticks: Ticks) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DecelCircleCard(Card):
-    """Ours: the Circle of Martos et al. (2011), III.A, but steeper, and slowed down in the turn, so
-    that only the first speed has to be set up. ±2 KCAS and ±50 ft in the dwells.
+    """Ours: the Circle of Martos et al. (2011), III.A, steeper, and slowed down in the turn.
+
+    Only the first speed has to be set up. ±2 KCAS and ±50 ft in the dwells.
 
     Every speed is flown on every heading, so the wind and the curve are two unknowns, not one. The
     airplane turns faster than gusts decay, so gusts average out sooner than on straight legs. Half
@@ -138,8 +141,10 @@ def fly_decel_circle(cockpit: Cockpit, card: DecelCircleCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FigureEightCard(Card):
-    """Ours: the Circle of Martos et al. (2011), III.A, steeper, to both sides, and slowed down in
-    the turn, so that only the first speed has to be set up. ±2 KCAS and ±50 ft in the turns.
+    """Ours: the Circle of Martos et al. (2011), III.A, steeper, and to both sides.
+
+    It is slowed down in the turn, so that only the first speed has to be set up. ±2 KCAS and ±50 ft
+    in the turns.
 
     An error that depends on the side of the turn (a probe at an angle to the flow, a sideslip)
     shows as a difference of the two halves and cancels in their mean. Without wind, each eight ends
@@ -158,8 +163,9 @@ class FigureEightCard(Card):
 
 
 def fly_figure_eight(cockpit: Cockpit, card: FigureEightCard) -> Ticks:
-    """Fly the card: set up unrecorded; at each speed turn to one side, then to the other; slow down
-    in the turn.
+    """Fly the card.
+
+    Set up unrecorded; at each speed turn to one side, then to the other; slow down in the turn.
     """
     yield from set_up(cockpit, card.speeds[0], card.heading)
     bank = -card.bank

@@ -316,9 +316,11 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
         there = next((each for each in (path, *path.parents) if each.exists()), path)
         name, digest = file_name(path), file_sha256(there)
     else:
-        digest = sha256(
-            b"".join(key.encode() + array.tobytes() for key, array in channels.items())
-        ).hexdigest()
+        told = sha256()
+        for key, array in channels.items():  # one after another: together they fill the memory
+            told.update(key.encode())
+            told.update(np.ascontiguousarray(array).view(np.uint8).data)
+        digest = told.hexdigest()
     if log is None:
         return InputFile(role, name, digest)
     speed = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))

@@ -49,6 +49,7 @@ from pitotbench.reconciliation.track import MARGIN, Grid, Track, mach_number, tr
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.records.motion import PatchErrors
+from pitotbench.records.verdict import Located
 from pitotbench.units import DEGREE, Array, Booleans
 
 PASCAL_A_METER = 10.0  # of height near the ground, rounded
@@ -65,6 +66,23 @@ FEWEST_INSTANTS = 40  # of a log: three times the memory of its noise
 
 
 @dataclass(frozen=True, slots=True)
+class Line:
+    """An error of a channel with a period of its own [s]; `score` [σ] is beyond null flights, and
+    `power` a sum of squares.
+    """
+
+    channel: str
+    period: float
+    score: float
+    power: float
+
+    @property
+    def place(self) -> Located:
+        """The line as a place where model and log differ."""
+        return Located(self.channel, "", f"a period of {self.period:.0f} s", self.score)
+
+
+@dataclass(frozen=True, slots=True)
 class Layout:
     """A log laid out, before its noise is known.
 
@@ -74,7 +92,8 @@ class Layout:
     their sensor's range. `curves` are the sizes of the error curves that were taken out of the
     track, one after the other. `angles`
     are the sizes of the free parameters of the vanes that were taken out of the track and stay in
-    the residuals, to first order.
+    the residuals, to first order. `lines` are errors with a period of their own, whose waves are
+    free parameters.
     """
 
     checked: CheckedLog
@@ -89,6 +108,7 @@ class Layout:
     setting: AnalysisSetting
     curves: Curves = ()
     angles: Mapping[str, float] = field(default_factory=dict)
+    lines: tuple[Line, ...] = ()
 
     @property
     def grid(self) -> Grid:
@@ -210,7 +230,13 @@ def without_vane_errors(layout: Layout, angles: Mapping[str, float]) -> Layout:
     laid = _laid_out(layout.checked, bare, layout.measured, model.aircraft, layout.setting, effects)
     shown = {each.effect for each in layout.signatures}
     signatures = tuple(each for each in laid.signatures if each.effect in shown)
-    return replace(laid.with_angles(angles), curves=layout.curves, signatures=signatures)
+    return replace(
+        laid.with_angles(angles),
+        curves=layout.curves,
+        signatures=signatures,
+        free=laid.free.with_columns(layout.free.beyond(laid.free.names)),
+        lines=layout.lines,
+    )
 
 
 def hypotheses(aircraft: AircraftModel | None, setting: AnalysisSetting) -> Catalog[Effect]:

@@ -34,6 +34,7 @@ from pitotbench.reconciliation.layout import (
     vane_errors,
     without_vane_errors,
 )
+from pitotbench.reconciliation.lines import with_lines
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.null_distribution import NullDistribution, size_label
 from pitotbench.reconciliation.null_learning import wander_of
@@ -803,6 +804,7 @@ def fit_gaps(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> Fi
     Where a gap is left to smooth cells, events are placed anew beside the others; where it stays
     so, the terms of formulas compete as well.
     """
+    layouts = [with_lines(*each) for each in zip(layouts, nulls, strict=True)]
     noises = [scaled_to(n.noise, each) for n, each in zip(nulls, layouts, strict=True)]
     original = [
         with_parts_of_flight(placed_in_time(layout, noise), noise)

@@ -19,7 +19,6 @@ from pitotbench.reconciliation.flight_path import PATH_SCALES
 from pitotbench.reconciliation.layout import DAY, Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.null_learning import (
-    periodic_channels,
     turbulence_candidates,
     wandering_channels,
 )
@@ -44,15 +43,21 @@ class ShownFlight:
     """What one flight shows: the gaps as a fit of it and what they close, what was counted, other
     gusts than those of the card, and the channels that wander or have a line.
 
-    `outweighs`: these are larger than a share of what the gaps explain.
+    `outweighs`: what wanders is larger than a share of what the gaps explain.
     """
 
     block: Block
     fit: Fit
     closure: Closure
     certain: tuple[Candidate, ...]
-    unexplained: tuple[Located, ...]
+    wandering: tuple[Located, ...]
+    lines: tuple[Located, ...]
     outweighs: bool
+
+    @property
+    def unexplained(self) -> tuple[Located, ...]:
+        """The channels that wander, and those with a line."""
+        return (*self.wandering, *self.lines)
 
     def located(self, given: Sequence[int] = ()) -> list[Located]:
         """Return the most significant place in every channel, in σ beyond that of null flights."""
@@ -71,18 +76,18 @@ def show_flight(block: Block, fitted: Fitted) -> ShownFlight:
     explained = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)
     gusts = turbulence_candidates(explained, null.gust_level)
 
-    def unexplained(by: float) -> tuple[Located, ...]:
+    def wandering(by: float) -> tuple[Located, ...]:
         # Other turbulence than that of the card makes every channel wander.
-        wander = () if gusts else wandering_channels(explained, layout, null, by)
-        return (*wander, *periodic_channels(explained, null, by))
+        return () if gusts else wandering_channels(explained, layout, null, by)
 
-    counted, unexplained_places = layout.checked.effects, unexplained(fit.gain)
+    least = THRESHOLDS.remaining_share * fit.gain
+    lines = tuple(line.place for line in layout.lines if line.power > least)
+    counted, places = layout.checked.effects, wandering(fit.gain)
     larger = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * fit.gain
-    outweighs = (
-        bool(unexplained_places) and not counted and (not fit.columns or bool(unexplained(larger)))
-    )
+    seen = bool(wandering(larger)) if fit.columns else bool(places or lines)
+    outweighs = seen and not counted
     closure = closure_of(block.beyond, fit.columns, fit.sizes.tolist(), block.cells)
-    return ShownFlight(block, fit, closure, (*counted, *gusts), unexplained_places, outweighs)
+    return ShownFlight(block, fit, closure, (*counted, *gusts), places, lines, outweighs)
 
 
 def largest_gap(shown: Sequence[ShownFlight]) -> ShownFlight:

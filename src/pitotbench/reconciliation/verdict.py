@@ -98,7 +98,7 @@ def judge(
     """
     fitted = fit_gaps(layouts, nulls)
     shown, flights = _all_flights(names, fitted)
-    if any(each.unexplained for each in shown):  # what no cell shows may follow a formula
+    if any(each.wandering for each in shown):  # what no cell shows may follow a formula
         fitted = with_terms(fitted)
         shown, flights = _all_flights(names, fitted)
     refused = {own.effect for each in flights for own in each.own_sizes if contradicts(own)}

@@ -12,8 +12,9 @@ from tests.calibration import static_flights as fixture
 from pitotbench import Calibration, CalibrationOptions, FlightLog, air
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.altitude import AltitudeNoise, altitude_regression, altitude_rows
+from pitotbench.calibration.nuisances import ZERO, Nuisance
 from pitotbench.calibration.observations import observe
-from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
+from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.show.calibration_json import calibration_json
 from pitotbench.units import FOOT, KNOT

@@ -14,8 +14,8 @@ from tests.calibration import trajectories as fixture
 from pitotbench import air
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.fit_checks import _nuisances_outside, judge_curve
+from pitotbench.calibration.nuisances import Nuisance
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
-from pitotbench.calibration.prediction import Nuisance
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve

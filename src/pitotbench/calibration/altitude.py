@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
+from pitotbench.calibration.nuisances import ZERO, HeightState, Nuisance, load_factor
 from pitotbench.calibration.observations import DENSE, FEWEST_FIXES, LONG, Observations
 from pitotbench.calibration.options import (
     PRIORS,
@@ -28,13 +29,7 @@ from pitotbench.calibration.options import (
     accuracies_of,
     priors_of,
 )
-from pitotbench.calibration.prediction import (
-    ZERO,
-    HeightState,
-    Nuisance,
-    PredictionModel,
-    load_factor,
-)
+from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.estimation.noise import UNIFORM
 from pitotbench.estimation.point_noise import (
     PointNoise,

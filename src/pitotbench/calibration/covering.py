@@ -18,16 +18,11 @@ from pitotbench.calibration.covering_problem import (
     noise_count,
     smoothed,
 )
+from pitotbench.calibration.nuisances import Nuisance, path_of_nuisances
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
 from pitotbench.calibration.output_error import OutputErrorFit
-from pitotbench.calibration.prediction import (
-    Nuisance,
-    Prediction,
-    WindPath,
-    correlated,
-    mean_wind,
-    path_of_nuisances,
-)
+from pitotbench.calibration.prediction import Prediction
+from pitotbench.calibration.wind_path import WindPath, correlated, mean_wind
 from pitotbench.calibration.window_winds import window_winds
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import NoiseOf

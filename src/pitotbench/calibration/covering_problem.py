@@ -19,15 +19,11 @@ from pitotbench.calibration.altitude import (
     altitude_log_prior,
     altitude_regression,
 )
+from pitotbench.calibration.nuisances import Nuisance, along_track
 from pitotbench.calibration.observations import Blocks, Observations
 from pitotbench.calibration.options import PRIORS, Priors, StatedWind
-from pitotbench.calibration.prediction import (
-    Nuisance,
-    PredictionModel,
-    WindPath,
-    along_track,
-    kernel_means,
-)
+from pitotbench.calibration.prediction import PredictionModel
+from pitotbench.calibration.wind_path import WindPath, kernel_means
 from pitotbench.estimation.noise import (
     Intervals,
     JointNoiseOf,

@@ -16,6 +16,7 @@ from pitotbench.calibration.covering import covariance_given
 from pitotbench.calibration.covering_problem import Structure, wind_scale
 from pitotbench.calibration.fit_checks import USELESS, require_observable
 from pitotbench.calibration.location import fit_located
+from pitotbench.calibration.nuisances import nuisances_of, with_signs
 from pitotbench.calibration.observations import (
     Observations,
     block_length,
@@ -29,7 +30,7 @@ from pitotbench.calibration.options import (
     accuracies_of,
     priors_of,
 )
-from pitotbench.calibration.prediction import CurveMap, nuisances_of, with_signs
+from pitotbench.calibration.prediction import CurveMap
 from pitotbench.calibration.reduction import model_of, one_thread, scale_of
 from pitotbench.calibration.result import correction_gradient
 from pitotbench.estimation.mixture import Posterior

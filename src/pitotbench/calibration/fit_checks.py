@@ -12,14 +12,9 @@ import numpy as np
 from pitotbench.calibration.altitude import NOISE_COUNT
 from pitotbench.calibration.covering import CoveringFit, Flown, moved_by
 from pitotbench.calibration.covering_problem import Structure, length_factor, wind_scale
+from pitotbench.calibration.nuisances import Nuisance, in_turns, side_of_turns
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.prediction import (
-    Nuisance,
-    PredictionModel,
-    curve_moved,
-    in_turns,
-    side_of_turns,
-)
+from pitotbench.calibration.prediction import PredictionModel, curve_moved
 from pitotbench.estimation.mixture import Posterior, mixed
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError

@@ -12,9 +12,10 @@ from scipy.special import chdtrc
 
 from pitotbench import air
 from pitotbench.calibration.fit_checks import require_useful
+from pitotbench.calibration.nuisances import ZERO
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
-from pitotbench.calibration.prediction import ZERO, curve_airspeeds
+from pitotbench.calibration.prediction import curve_airspeeds
 from pitotbench.calibration.reduction import CurveScale, Reduction, reduce_log, scale_of
 from pitotbench.calibration.result import assemble
 from pitotbench.estimation.information import Information, information_from

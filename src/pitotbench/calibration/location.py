@@ -31,16 +31,11 @@ from pitotbench.calibration.covering import (
 )
 from pitotbench.calibration.covering_problem import Structure, priors_at
 from pitotbench.calibration.fit_checks import DISAGREE
+from pitotbench.calibration.nuisances import Nuisance, nuisances_of, with_filter, with_signs
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.options import AUTO, CalibrationOptions, Priors, priors_of
-from pitotbench.calibration.prediction import (
-    Nuisance,
-    PredictionModel,
-    WindPath,
-    nuisances_of,
-    with_filter,
-    with_signs,
-)
+from pitotbench.calibration.prediction import PredictionModel
+from pitotbench.calibration.wind_path import WindPath
 from pitotbench.estimation.mixture import Posterior, mixed
 from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (

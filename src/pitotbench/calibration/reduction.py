@@ -30,6 +30,13 @@ from pitotbench.calibration.fit_checks import (
     turns_to_one_side,
 )
 from pitotbench.calibration.location import IMPACT, ErrorPlace, fit_located
+from pitotbench.calibration.nuisances import (
+    LATENCY,
+    Nuisance,
+    nuisances_of,
+    of_slow_probe,
+    with_signs,
+)
 from pitotbench.calibration.observations import (
     Observations,
     observe,
@@ -52,17 +59,10 @@ from pitotbench.calibration.output_error import (
     OutputErrorFit,
     fit_scalar,
 )
-from pitotbench.calibration.prediction import (
-    LATENCY,
-    Nuisance,
-    PredictionModel,
-    WindPath,
-    nuisances_of,
-    of_slow_probe,
-    with_signs,
-)
+from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.calibration.screening import screen
 from pitotbench.calibration.wind import MIN_BAYES_FACTOR, check_gain, check_wind
+from pitotbench.calibration.wind_path import WindPath
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.logbook.temperature import weather_report
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE

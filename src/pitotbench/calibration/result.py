@@ -13,6 +13,7 @@ from pitotbench.calibration.covering import drift_of
 from pitotbench.calibration.covering_problem import Structure
 from pitotbench.calibration.fit_checks import FLY_HEADINGS, disagreements, heading_spread
 from pitotbench.calibration.location import STATIC, fit_by_height
+from pitotbench.calibration.nuisances import ZERO, Nuisance
 from pitotbench.calibration.observations import Observations, observe, spans, wind_drifts
 from pitotbench.calibration.options import (
     AUTO,
@@ -24,13 +25,7 @@ from pitotbench.calibration.options import (
     stated_of,
 )
 from pitotbench.calibration.output_error import OutputErrorFit
-from pitotbench.calibration.prediction import (
-    ZERO,
-    CurveMap,
-    Nuisance,
-    PredictionModel,
-    curve_airspeeds,
-)
+from pitotbench.calibration.prediction import CurveMap, PredictionModel, curve_airspeeds
 from pitotbench.calibration.reduction import Reduction, model_of, scale_of
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.estimation.noise import UNIFORM

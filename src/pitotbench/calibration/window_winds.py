@@ -6,7 +6,7 @@ import numpy as np
 
 from pitotbench.calibration.covering_problem import Linearized, Structure
 from pitotbench.calibration.observations import Blocks, Observations
-from pitotbench.calibration.prediction import correlated
+from pitotbench.calibration.wind_path import correlated
 from pitotbench.estimation.restricted_likelihood import NoiseNode
 from pitotbench.records.calibration import Estimate, WindowWind
 from pitotbench.units import Array

@@ -56,6 +56,11 @@ class _Reading:
     unit: str
     most: float
 
+    def put(self, leg: CardLeg, number: float) -> CardLeg:
+        """Return a leg with another number, in the unit of the column."""
+        changed: dict[str, Any] = {self.field: number * self.si}
+        return replace(leg, **changed)
+
 
 _SPEEDS = (
     _Reading("ground_speed", KNOT, "a", "ground speed", " kt", 700.0),
@@ -153,8 +158,9 @@ class _Card:
 
     def usual(self, leg: CardLeg) -> CardLeg:
         """Return a leg with usual numbers in the place of one that cannot be."""
-        numbers: dict[str, Any] = {"track": 0.0, **self._usual}
-        return replace(leg, **numbers)
+        for reading in _SPEEDS:
+            leg = reading.put(leg, self._usual[reading.field] / reading.si)
+        return replace(leg, track=0.0)
 
     def likeliest(self, model: CardModel) -> _Judged:
         """Return the likeliest set of slips that single steps reach from those of a model.
@@ -298,27 +304,21 @@ def _kinds(leg: CardLeg) -> Iterator[list[tuple[str, CardLeg]]]:
         yield [
             (
                 f"{name} {number:.0f}{reading.unit}, not {written:.0f}{reading.unit}",
-                _changed(leg, {reading.field: number * reading.si}),
+                reading.put(leg, number),
             )
             for number in _meant(f"{written:.0f}", reading.most)
         ]
     track, speed = leg.track / DEGREE, leg.ground_speed / KNOT
     back, once = (track + 180.0) % _FULL_TURN, track % _FULL_TURN
     turned = [
-        (f"{direction} {back:.0f}°, not its reciprocal {track:.0f}°", {"track": back * DEGREE}),
-        (f"{direction} {once:.0f}°, not {track:.0f}°", {"track": once * DEGREE}),
+        (f"{direction} {back:.0f}°, not its reciprocal {track:.0f}°", _READINGS[0].put(leg, back)),
+        (f"{direction} {once:.0f}°, not {track:.0f}°", _READINGS[0].put(leg, once)),
         (
             f"ground speed {track:.0f} kt and {direction} {speed:.0f}°, exchanged",
-            {"track": speed * DEGREE, "ground_speed": track * KNOT},
+            replace(leg, track=speed * DEGREE, ground_speed=track * KNOT),
         ),
     ]
-    yield [
-        (words, _changed(leg, fields)) for words, fields in turned if fields["track"] != leg.track
-    ]
-
-
-def _changed(leg: CardLeg, fields: dict[str, Any]) -> CardLeg:
-    return replace(leg, **fields)
+    yield [(words, meant) for words, meant in turned if meant.track != leg.track]
 
 
 def _meant(written: str, most: float) -> list[float]:

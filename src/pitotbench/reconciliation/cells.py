@@ -48,8 +48,9 @@ class Cell:
 
 
 def is_examined(cell: Cell) -> bool:
-    """Whether a cell is examined: the heading matters to compass and GPS, not to forces and
-    engines.
+    """Whether a cell is examined.
+
+    The heading matters to compass and GPS, not to forces and engines.
     """
     return not cell.variable.startswith("heading") or cell.channel in WITH_HEADING
 
@@ -87,8 +88,9 @@ def _mean_around(values: Array, rows: NDArray[np.intp], half: int = MEAN_HALF_RO
 
 
 def flight_variables(track: Track, grid: Grid) -> dict[str, Array]:
-    """Return the variables that a gap may follow, at the instants in SI units and radians, (n,)
-    each.
+    """Return the variables that a gap may follow, at the instants, (n,) each.
+
+    They are in SI units and radians.
     """
     values = {"airspeed": grid.smooth(true_airspeed_along(track)), "time": track.time[grid.rows]}
     sources = {"bank": "roll", "altitude": "altitude", "power": "manifold_pressure_left"}
@@ -113,8 +115,9 @@ def variables(track: Track, grid: Grid) -> dict[str, Array]:
 
 
 def cells(track: Track, grid: Grid, base: ChannelResiduals) -> tuple[tuple[Cell, ...], Array]:
-    """Return the cells of all channels, and their shapes, (n, k): one column a variable and a
-    phase.
+    """Return the cells of all channels, and their shapes, (n, k).
+
+    A shape is one column for each variable and phase.
 
     Every channel has the same shapes.
     """

@@ -1,5 +1,7 @@
-"""Smooth discrepancies of unknown form: how probable a log is where the cells of some channels have
-sizes that nobody has written down.
+"""Smooth discrepancies of unknown form.
+
+They tell how probable a log is where the cells of some channels have sizes that nobody has written
+down.
 
 A place has some hundred cells, and a fit asks for their evidence given each hypothesis, in five
 sizes, at two powers of the likelihood. The cells are turned once into axes that are independent
@@ -20,8 +22,10 @@ from pitotbench.units import Array
 
 @dataclass(frozen=True, slots=True)
 class Discrepancy:
-    """A smooth discrepancy of a place: its cells, n of them, with the turn into independent axes,
-    (n, n), the powers of these, (n,), and the logarithm of the prior of each of its sizes.
+    """A smooth discrepancy of a place, by its n cells.
+
+    `turn`, (n, n), makes independent axes of them, `powers` are those of the axes, (n,), and
+    `log_prior` is the logarithm of the prior of each of its sizes.
 
     `place` is a channel, a family of channels or `all`.
     """
@@ -35,8 +39,9 @@ class Discrepancy:
     def log_evidences(
         self, marginal: Marginal, hypotheses: Sequence[tuple[Sequence[int], Array]]
     ) -> list[float]:
-        """Return the logarithm of prior times evidence of the discrepancy, in any of its sizes,
-        with each of some hypotheses in the fit as well as the members that are fitted with it.
+        """Return the logarithm of prior times evidence of the discrepancy, in any of its sizes.
+
+        Each of some hypotheses is in the fit as well as the members that are fitted with it.
 
         A hypothesis has some columns, (q,), with prior deviations, (q,); none of them stand for the
         members alone.
@@ -81,8 +86,9 @@ def discrepancy_of(
 
 
 def _log_evidence(inner: Array) -> Array:
-    """The logarithm of the evidence of columns in units of their deviations, with the residual
-    last, by inner products (..., q + 1, q + 1).
+    """The logarithm of the evidence of columns in units of their deviations.
+
+    The inner products are (..., q + 1, q + 1), with the residual last.
     """
     normal, right = inner[..., :-1, :-1] + np.eye(inner.shape[-1] - 1), inner[..., :-1, -1:]
     fall = np.sum(right * np.linalg.solve(normal, right), axis=(-2, -1))

@@ -25,8 +25,9 @@ INSTANTS = 16  # of a part
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Sizes of some columns, (k,), with their covariance, (k, k), fitted together with the free
-    parameters.
+    """Sizes of some columns, (k,), fitted together with the free parameters.
+
+    Their covariance is (k, k).
 
     `gain` is the fall of the sum of squares by these columns.
     """
@@ -71,8 +72,7 @@ class NormalEquations:
         return Information(self.inner).scores(columns, given)
 
     def held_out_gain(self, columns: Sequence[int], given: Sequence[int] = ()) -> float:
-        """Return the fall of the sum of squares by some columns in blocks that the fit does not
-        use.
+        """Return the fall of the sum of squares by some columns in blocks left out of the fit.
 
         For each block, sizes and free parameters are fitted to the other blocks. The fall in the
         priors, which are data of no block, is added once.
@@ -104,16 +104,18 @@ class NormalEquations:
         return self.free_estimates(columns)[0]
 
     def free_estimates(self, columns: Sequence[int] = ()) -> tuple[Array, Array]:
-        """Return the sizes of the free parameters and their deviations, (k,) each, fitted together
-        with some columns.
+        """Return the sizes of the free parameters and their deviations, (k,) each.
+
+        They are fitted together with some columns.
         """
         k, found = self.free, self._with_free(self.products.sum(axis=0), columns)
         return found.mean[:k], np.sqrt(np.diag(found.covariance))[:k]
 
 
 def equations_from(products: Array, free: int, deviations: Array) -> NormalEquations:
-    """Return the equations of inner products, (b, m, m), and the prior deviations of the free
-    parameters, (k,).
+    """Return the equations of inner products, (b, m, m).
+
+    The prior deviations of the free parameters are (k,).
     """
     whole = Information(products.sum(axis=0))
     rest = range(free, len(whole.inner) - 1)
@@ -122,16 +124,18 @@ def equations_from(products: Array, free: int, deviations: Array) -> NormalEquat
 
 
 def inner_products(columns: Array, residual: Array) -> Array:
-    """Return inner products, (1, k + 1, k + 1), of whitened columns (n, c, k) and the residual
-    (n, c), in one fold.
+    """Return inner products of whitened columns and the residual in one fold.
+
+    Columns (n, c, k) and a residual (n, c) give (1, k + 1, k + 1).
     """
     every = np.concatenate([columns, residual[:, :, None]], axis=2)
     return products_of(every, np.zeros(len(every), dtype=np.intp))
 
 
 def products_of(every: Array, fold: Integers) -> Array:
-    """Return inner products by fold, (b, m, m), of whitened columns, (n, c, m), the residual last;
-    `fold` (n,) is the number of the fold of each instant.
+    """Return inner products by fold, (b, m, m), of whitened columns, (n, c, m).
+
+    The residual is last; `fold` (n,) is the number of the fold of each instant.
     """
     parts = [every[fold == n].reshape(-1, every.shape[2]) for n in np.unique(fold)]
     return np.stack([part.T @ part for part in parts])
@@ -157,8 +161,9 @@ def noise_residuals(layout: Layout) -> Array:
 
 
 def noise_of_log(layout: Layout) -> NoiseModel:
-    """Return the noise that the log itself shows, once free parameters and the means of the cells
-    are fitted.
+    """Return the noise that the log itself shows.
+
+    Free parameters and the means of the cells are fitted before.
 
     So a gap that has a place does not count as noise. In a short log the cells take a part of what
     wanders. The change of an angle shares its noise with the angle, but over some seconds alone:
@@ -169,16 +174,18 @@ def noise_of_log(layout: Layout) -> NoiseModel:
 
 
 def shortness_of(layout: Layout) -> float:
-    """Return how many times longer a log should be for the noise that it shows itself: 1 is some
-    350 instants.
+    """Return how many times longer a log should be for the noise that it shows itself.
+
+    1 is some 350 instants.
     """
     wanted = THRESHOLDS.instants_a_size * (layout.shapes.shape[1] + ORDER)
     return float(wanted / len(layout.grid))
 
 
 def scaled_to(noise: NoiseModel, layout: Layout) -> NoiseModel:
-    """Return a noise model with the level of innovations of this log, by their median, where that
-    is higher. That of maneuvers is their own.
+    """Return a noise model with the level of innovations of this log, where that is higher.
+
+    It is judged by their median. That of maneuvers is their own.
     """
     if layout.setting.maneuvers:
         return noise
@@ -206,8 +213,9 @@ def whitened_equations(
 
 
 def whitened_columns(layout: Layout, noise: NoiseModel, with_cells: bool = True) -> Array:
-    """Return the free parameters, the signatures, the cells and, last, the residuals, all whitened,
-    (n, c, m).
+    """Return all columns of a log, whitened, (n, c, m).
+
+    They are the free parameters, the signatures, the cells and, last, the residuals.
     """
     place = layout.grid, layout.residuals.slack
     whiten = noise.whitener(*place)
@@ -231,8 +239,9 @@ def _without_cells(layout: Layout) -> Array:
 
 
 def with_form_error(covariance: Array, sizes: Sequence[float]) -> Array:
-    """Return the covariance of sizes, (k, k), with the error that another log's form and the method
-    add to each.
+    """Return the covariance of sizes, (k, k), with the errors of form and method.
+
+    The form of an effect in another log adds to each size, and so does the method.
     """
     share = np.hypot(THRESHOLDS.form_error, THRESHOLDS.size_error)
     return np.asarray(covariance + np.diag((share * np.asarray(sizes)) ** 2))

@@ -67,8 +67,9 @@ FEWEST_INSTANTS = 40  # of a log: three times the memory of its noise
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """An error of a channel with a period of its own [s]; `score` [σ] is beyond null flights, and
-    `power` a sum of squares.
+    """An error of a channel with a period of its own [s].
+
+    `score` [σ] is beyond null flights, and `power` is a sum of squares.
     """
 
     channel: str
@@ -117,8 +118,9 @@ class Layout:
 
     @property
     def used(self) -> Booleans:
-        """Whether the comparison uses each channel at each instant, (n, c): not at the end of a
-        sensor's range.
+        """Whether the comparison uses each channel at each instant, (n, c).
+
+        It does not at the end of a sensor's range.
         """
         used: Booleans = self.residuals.slack < UNUSABLE
         return used
@@ -142,8 +144,9 @@ class Layout:
         return replace(self, residuals=replace(self.residuals, values=values))
 
     def with_angles(self, angles: Mapping[str, float]) -> "Layout":
-        """Return the layout with errors of the vanes, which its track lacks, in its residuals, to
-        first order.
+        """Return the layout with errors of the vanes, which its track lacks, in its residuals.
+
+        They are added to first order.
         """
         sizes = [angles.get(name, 0.0) for name in self.free.names]
         residuals = replace(
@@ -158,8 +161,10 @@ def lay_out(
     setting: AnalysisSetting,
     effects: Catalog[Effect] | None = None,
 ) -> Layout:
-    """Lay out a log. Without an aircraft its sensors are judged alone; `effects` are the
-    hypotheses, by default those of the table and, as the setting says, the terms of the file.
+    """Lay out a log. Without an aircraft its sensors are judged alone.
+
+    `effects` are the hypotheses, by default those of the table and, as the setting says, the terms
+    of the file.
 
     Raises BadInputError for a log without attitude, or one that cannot be compared.
     """
@@ -181,8 +186,10 @@ def lay_out(
 
 
 def vane_errors(layout: Layout) -> dict[str, float]:
-    """Return the errors of the vanes that a log shows beside the sizes of all effects, by the name
-    of the free parameter; 0 for those that it does not show. Empty without a force meter.
+    """Return the errors of the vanes that a log shows beside the sizes of all effects.
+
+    They go by the name of the free parameter, with 0 for those that it does not show. Empty without
+    a force meter.
 
     Without the effects, a pitch stiffness that is half off would look like a vane.
     """
@@ -200,8 +207,9 @@ def vane_errors(layout: Layout) -> dict[str, float]:
 
 
 def shown_vane_errors(names: Sequence[str], sizes: Array, deviations: Array) -> dict[str, float]:
-    """Return the errors of the vanes among fitted sizes, (k,), by name; 0 for those that are not
-    shown beyond their deviations, (k,).
+    """Return the errors of the vanes among fitted sizes, (k,), by name.
+
+    It is 0 for those that are not shown beyond their deviations, (k,).
     """
     shown = np.where(np.abs(sizes) > VANE_SHOWN * deviations, sizes, 0.0)
     found = dict(zip(names, shown.tolist(), strict=True))
@@ -209,8 +217,9 @@ def shown_vane_errors(names: Sequence[str], sizes: Array, deviations: Array) -> 
 
 
 def without_vane_errors(layout: Layout, angles: Mapping[str, float]) -> Layout:
-    """Return a layout along the track without errors of the vanes of these sizes; the same object
-    where that moves no vane, or one is beyond what a vane can have.
+    """Return a layout along the track without errors of the vanes of these sizes.
+
+    It is the same object where that moves no vane, or where one is beyond what a vane can have.
 
     Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like
     drag. Without a force meter nothing is done.
@@ -288,9 +297,10 @@ def _laid_out(
 def of_patch(
     aircraft: AircraftModel | None, signatures: Sequence[Signature], shapes: Array
 ) -> dict[str, tuple[Array, float]]:
-    """Return what the patches of an aircraft may be off by as free parameters, by name the change
-    of the residuals, (n, c), and the deviation: the sizes with their covariance, and each form,
-    which may follow any of the cells' shapes, (n, k).
+    """Return what the patches of an aircraft may be off by as free parameters.
+
+    By name it is the change of the residuals, (n, c), and the deviation: the sizes with their
+    covariance, and each form, which may follow any of the cells' shapes, (n, k).
 
     Each size stays a hypothesis: what is beyond its error is a gap of its own.
     """
@@ -317,8 +327,9 @@ def of_patch(
 def _residuals(
     reference: ReferenceState, track: Track, measured: Booleans, setting: AnalysisSetting
 ) -> ChannelResiduals:
-    """The residuals of a track with their slack: how far each is beyond noise, and whether it is
-    used.
+    """The residuals of a track with their slack.
+
+    The slack tells how far each is beyond noise, and whether it is used.
     """
     residuals = reference.residuals_of(track)
     unusable = np.where(_usable(track, measured, reference.grid, setting), 0.0, UNUSABLE)
@@ -332,8 +343,9 @@ def _residuals(
 def without_error_curve(
     track: Track, measured: Booleans, setting: AnalysisSetting
 ) -> tuple[Track, Curves]:
-    """Return the track without the error curve that its wind triangle shows on the rows `measured`,
-    (m,).
+    """Return the track without the error curve that its wind triangle shows.
+
+    Only the rows `measured`, (m,), show it.
 
     The second is what was taken out. All later steps are linear in the remaining curve. Forces
     follow the product of pressure and angles, so that a large curve would otherwise look like drag.
@@ -353,9 +365,7 @@ def without_error_curve(
 
 
 def below_range_end(track: Track, log: FlightLog) -> Booleans:
-    """Return the rows of a log's track whose impact pressure lies below the end of its sensor's
-    range, (m,).
-    """
+    """Return the rows of a track whose impact pressure is below the end of its range, (m,)."""
     ceiling = at_ceiling(log.impact_pressure).astype(np.float64)
     rows: Booleans = np.interp(track.time, log.time, ceiling) == 0.0
     return rows
@@ -388,9 +398,7 @@ def _coarse_step(checked: CheckedLog) -> float:
 
 
 def _usable(track: Track, measured: Booleans, grid: Grid, setting: AnalysisSetting) -> Booleans:
-    """Instants that are not near a row at the ceiling, and not above the greatest Mach number,
-    (n,).
-    """
+    """Instants that are not near a row at the ceiling nor beyond the greatest Mach number, (n,)."""
     at_ceiling = grid.smooth((~measured).astype(np.float64)) > 0.0
     usable: Booleans = ~at_ceiling & (grid.smooth(mach_number(track)) <= setting.mach_max)
     return usable

@@ -1,5 +1,4 @@
-"""Errors with a period of their own: a line in the spectrum of a channel that null flights do not
-have.
+"""Errors with a period of their own: spectral lines that null flights do not have.
 
 An error that follows neither a phase of flight nor a variable does not change any mean, and beneath
 gusts it adds little to the sum of squares. But all of it stands at one frequency (Schuster 1898,
@@ -78,8 +77,9 @@ def lines_over(flights: Sequence[Mapping[str, SpectralLine]]) -> dict[str, Measu
 
 
 def with_lines(layout: Layout, null: NullDistribution) -> Layout:
-    """Return a layout with the lines that null flights do not have among its free parameters; the
-    same object without one.
+    """Return a layout with the lines that null flights do not have among its free parameters.
+
+    It is the same object where there is none.
 
     They are looked for in what all signatures together leave, so that none stands for an effect.
     The strongest comes first, because the prediction of other channels by its own shows it there.
@@ -96,8 +96,10 @@ def with_lines(layout: Layout, null: NullDistribution) -> Layout:
 
 
 def _without_signatures(layout: Layout, noise: NoiseModel) -> Layout:
-    """A layout less what all its signatures together explain at plausible sizes. A signature that
-    needs another size reproduces an error of the channel along which it was computed.
+    """A layout less what all its signatures together explain at plausible sizes.
+
+    A signature that needs another size reproduces an error of the channel along which it was
+    computed.
     """
     every = layout.signatures
     evidence = Information(whitened_equations(layout, noise, with_cells=False).inner)
@@ -130,8 +132,10 @@ def _at_peak(layout: Layout, line: Line, noise: NoiseModel) -> Line:
 
 
 def _freed(layout: Layout, line: Line, noise: NoiseModel) -> Layout:
-    """A layout with the waves of a line as free parameters: at its frequency, and half a step of
-    the spectrum to both sides, for its amplitude may change.
+    """A layout with the waves of a line as free parameters.
+
+    They are at its frequency, and half a step of the spectrum to both sides, for its amplitude may
+    change.
     """
     time = layout.track.time[layout.grid.rows]
     waves: dict[str, tuple[Array, float]] = {}

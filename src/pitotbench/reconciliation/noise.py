@@ -1,5 +1,6 @@
-"""The noise of the residual channels: one autoregression a channel, and the correlation of the
-innovations.
+"""The noise of the residual channels.
+
+It is one autoregression a channel, and the correlation of the innovations.
 
 The order of the autoregression is high enough for gusts, for vibration of the control loops and for
 differenced GPS noise, so that no spectrum has to be assumed. Gusts and noisy sensors show in
@@ -42,8 +43,9 @@ class NoiseModel:
     correlation: Array
 
     def innovations(self, values: Array, grid: Grid, slack: Array) -> Array:
-        """Return the innovations of each channel over their deviations, for values (n, c) or (n, c,
-        k).
+        """Return the innovations of each channel over their deviations.
+
+        The values are (n, c) or (n, c, k).
 
         `slack` (n, c) adds to the deviations. Rows whose past is not complete, or holds an unused
         instant, are zero.
@@ -52,8 +54,9 @@ class NoiseModel:
         return self._unpredicted(values) * (scale if values.ndim == 2 else scale[:, :, None])
 
     def _unpredicted(self, values: Array) -> Array:
-        """Values less what their past predicts, block by block, so that a block stays near the
-        processor.
+        """Values less what their past predicts.
+
+        It is done block by block, so that a block stays near the processor.
         """
         flat = values.reshape(len(values), -1)
         weights = np.repeat(self.coefficients, flat.shape[1] // len(self.coefficients), axis=0).T
@@ -72,8 +75,7 @@ class NoiseModel:
         return np.where(complete[:, None], 1.0 / np.hypot(self.deviations, slack), 0.0)
 
     def decorrelation(self, slack: Array) -> Array:
-        """Return the matrices that turn the innovations of each instant into uncorrelated ones, (n,
-        c, c).
+        """Return the matrices that make the innovations of an instant uncorrelated, (n, c, c).
 
         The slack of a channel is independent of the other channels.
         """
@@ -90,8 +92,7 @@ class NoiseModel:
         return out
 
     def given_others(self, innovations: Array) -> Array:
-        """Return each innovation, (n, c), less its prediction from the other channels at that
-        instant.
+        """Return each innovation less its prediction from the other channels then, (n, c).
 
         The result is in units of its standard deviation.
         """
@@ -120,8 +121,9 @@ class NoiseModel:
         return self.whitener(grid, slack)(values)
 
     def whiten_alone(self, shapes: Array, grid: Grid, slack: Array) -> Array:
-        """Return shapes (n, s), each in one channel only, whitened: (n, c, c·s) in the order of
-        channels.
+        """Return shapes (n, s), each in one channel only, whitened, (n, c, c·s).
+
+        The last axis is in the order of the channels.
         """
         (n, s), c = shapes.shape, len(self.names)
         innovations = self.innovations(np.broadcast_to(shapes[:, None, :], (n, c, s)), grid, slack)
@@ -143,8 +145,9 @@ def complete_past(grid: Grid, slack: Array, order: int) -> NDArray[np.bool_]:
 
 
 def autocovariance(values: Array, grid: Grid, order: int = ORDER) -> Array:
-    """Return means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1), with none
-    over a gap.
+    """Return means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1).
+
+    None goes over a gap.
 
     A residual of exactly zero is that of an instant that is not used, and does not count. The mean
     at a lag is tapered by the share of the instants that have a partner in a log without gaps, so

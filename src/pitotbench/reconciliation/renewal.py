@@ -1,5 +1,6 @@
-"""Renew signatures at the size and in the time that the log shows, and lay a log out with effects
-in the model.
+"""Renew signatures at the sizes and the times that a log shows.
+
+A log is also laid out here with effects in the model.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -75,8 +76,7 @@ def at_sizes(
 
 
 def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
-    """Return the layout around the log without some effects on the sensors, at sizes that were
-    fitted.
+    """Return the layout around the log without some effects on the sensors, at fitted sizes.
 
     Subtract the fitted sensor effects from the channels, fit the error curve again, and run the
     force model along the corrected track. Signatures, free parameters and residuals are those of
@@ -146,8 +146,9 @@ def _with_measured_vanes(layout: Layout, entries: Entries) -> Layout:
 
 
 def sensor_change(reference: ReferenceState, entries: Entries) -> Array:
-    """Return the change of the residuals by effects on the sensors together, (n, c); other effects
-    do not count.
+    """Return the change of the residuals by effects on the sensors together, (n, c).
+
+    Other effects do not count.
     """
     clean = reference.clean
     return reference.change_by(
@@ -156,8 +157,7 @@ def sensor_change(reference: ReferenceState, entries: Entries) -> Array:
 
 
 def _shift(clean: Track, entries: Entries) -> dict[str, Array]:
-    """What effects on the sensors, one after the other, add to each channel of a clean track that
-    they change.
+    """What effects on the sensors, one after the other, add to the channels that they change.
 
     Effects that need a channel which the track lacks do not act.
     """
@@ -211,8 +211,9 @@ def _renewed(
 
 
 def placed_in_time(layout: Layout, noise: NoiseModel) -> Layout:
-    """Return the layout with every effect that has shapes (a time, a damping) at the best-fitting
-    ones.
+    """Return the layout with each effect that has shapes at those that fit best.
+
+    A shape is a time, a damping and the like.
     """
     signatures, trials = list(layout.signatures), Trials(layout, noise)
     for effect in FITTED.values():
@@ -234,8 +235,9 @@ class Trial:
 
 
 def _search(trials: "Trials", effect: Effect, start: Sequence[Signature]) -> list[Signature]:
-    """Search the shapes of an effect: the first one in coarse steps, then all in halved steps
-    around the best.
+    """Search the shapes of an effect in coarse steps, then in halved ones around the best.
+
+    The first shape alone is tried in coarse steps.
 
     A first shape that is a time is tried over the whole log.
     """
@@ -296,8 +298,9 @@ class Trials:
         return Trial(shapes, signatures, self._merit(effect, signatures))
 
     def _merit(self, effect: Effect, signatures: Sequence[Signature]) -> float:
-        """The merit, −∞ where a size would be far beyond its range: of a band of airspeeds that was
-        not flown the rounding is left, and chance would decide.
+        """The merit, −∞ where a size would be far beyond its range.
+
+        Of a band of airspeeds that was not flown the rounding is left, and chance would decide.
         """
         free, k = self._layout.free, len(signatures)
         new = self._whiten(np.stack([s.column for s in signatures], axis=2)).reshape(-1, k)
@@ -395,8 +398,9 @@ def _promising(layout: Layout, noise: NoiseModel) -> list[_Stretch]:
 
 
 def _may_be_timed(name: str) -> bool:
-    """Whether an effect is looked for in parts of the flight: the plain form of a cause without own
-    times.
+    """Whether an effect is looked for in parts of the flight.
+
+    The plain form of a cause without times of its own is.
     """
     effect = FITTED[name]
     plain = not (effect.variant_of or effect.one_model_with or effect.for_whole_flight)
@@ -404,8 +408,9 @@ def _may_be_timed(name: str) -> bool:
 
 
 class _Scan:
-    """Inner products of every signature from each of some times on, with the free parameters
-    eliminated.
+    """Inner products of every signature from each of some times on.
+
+    The free parameters are eliminated.
 
     A signature that begins at an instant is whitened like any other: from `ORDER` instants later on
     it is that of the whole flight.
@@ -466,8 +471,9 @@ class _Scan:
         return float(self._gains(columns, np.zeros(1, dtype=np.intp), None)[0])
 
     def stretches(self, name: str, columns: Sequence[int], whole: float) -> Iterator[_Stretch]:
-        """The best form of an effect from a time on and the best between two times, where they are
-        worth it.
+        """Yield the best form of an effect from a time on, and the best between two times.
+
+        Each only where it is worth it.
 
         What the flight shows without the effect has to contradict it as another flight would have
         to.
@@ -491,9 +497,7 @@ class _Scan:
             yield _Stretch(FITTED[f"{name}_for_a_time"], shapes, float(between[last]))
 
     def _gains(self, columns: Sequence[int], begins: Indices, ends: Indices | None) -> Array:
-        """The falls of the sum of squares by columns from some starts on, or between starts and
-        ends, (w,).
-        """
+        """The falls of the sum of squares by columns from some starts on, or up to ends, (w,)."""
         own = list(columns)
         # The columns first: a few of some hundred, where pairs of times are many.
         with_free, with_residual = self._with_free[:, own], self._with_residual[:, own]

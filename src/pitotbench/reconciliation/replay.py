@@ -1,5 +1,6 @@
-"""Move the aircraft model along a track: its answer, and how this answer changes with the measured
-state.
+"""Move the aircraft model along a track.
+
+It gives its answer, and how this answer changes with the measured state.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -51,8 +52,9 @@ class Replay:
     split: float = 0.0
 
     def shifted(self, track: Track) -> Array:
-        """Return the answer in the states of another track with the same rows, to first order, (m,
-        12).
+        """Return the answer in the states of another track, to first order, (m, 12).
+
+        The track has the same rows.
         """
         values, states = self.values.copy(), varied_states(track, self.rows)
         for name, slope in self.slopes.items():
@@ -62,15 +64,17 @@ class Replay:
 
 
 def lacking(track: Track, controls: Iterable[str]) -> tuple[str, ...]:
-    """Return the channels that the force meter needs and a track lacks; `controls` are those of the
-    aircraft.
+    """Return the channels that the force meter needs and a track lacks.
+
+    `controls` are those of the aircraft.
     """
     return tuple(name for name in (*STATES, *controls) if name not in track)
 
 
 def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
-    """Return the rows at which the model is evaluated: every `step` [s] and both ends of every
-    stretch.
+    """Return the rows at which the model is evaluated.
+
+    They are those every `step` [s] and both ends of every stretch.
     """
     every = max(1, round(step / track.row_period))
     parts = [
@@ -133,8 +137,9 @@ def _windows(
 def _means(
     rows: NDArray[np.intp], every: int, length: int, back: float
 ) -> Callable[[Array], Array]:
-    """Means over `every` row steps by the trapezoidal rule; a share `back` of the steps lies before
-    each row.
+    """Means over `every` row steps by the trapezoidal rule.
+
+    A share `back` of the steps lies before each row.
     """
     first = -round(back * every)
     weights = np.ones(every + 1)
@@ -148,6 +153,7 @@ def _means(
 
 def replay_motion(track: Track, react: React, split: float = 0.0) -> Replay:
     """Move the model along a track: once for its answer, and once for each slope in coarse steps.
+
     `split` is that of its throttles.
     """
     rows = replay_rows(track, FINE)
@@ -213,8 +219,9 @@ def properties_of_forces(baseline: Baseline) -> frozenset[str]:
 
 
 def added_forces(overlay: Overlay, units: UnitForces) -> Array:
-    """Return the change of the reaction by an overlay of functions, (m, 12). The engines do not
-    answer to it.
+    """Return the change of the reaction by an overlay of functions, (m, 12).
+
+    The engines do not answer to it.
 
     It comes from unit forces: no force meter is needed for it.
     """

@@ -1,5 +1,6 @@
-"""Residual channels: every measured quantity minus its prediction, along a clean track with the
-model's forces.
+"""Residual channels: every measured quantity minus its prediction.
+
+They are computed along a clean track with the forces of the model.
 """
 
 from collections.abc import Callable
@@ -107,8 +108,9 @@ class Frame:
         )
 
     def turned(self, vectors: Array, down: bool) -> Array:
-        """Return the components along, across and (with `down`) down of vectors toward north, east,
-        down.
+        """Return vectors toward north, east, down in components along and across the track.
+
+        With `down` there is that component as well.
         """
         parts = [np.sum(self.along * vectors, axis=1), np.sum(self.across * vectors, axis=1)]
         return np.stack([*parts, vectors[:, 2]] if down else parts, axis=1)
@@ -139,8 +141,9 @@ def channel_residuals(
     model: Replay | None,
     known: "tuple[Track, ChannelResiduals] | None" = None,
 ) -> ChannelResiduals:
-    """Return all residual channels that a track allows; with a model also forces, moments and
-    engines.
+    """Return all residual channels that a track allows.
+
+    With a model they are forces, moments and engines as well.
 
     Families: air data (wind triangle, height, temperature), kinematic (gyros against attitude,
     acceleration against ground velocity, altitude against vertical speed), force and moment,
@@ -195,8 +198,9 @@ def channel_residuals(
 def change_by_answer(
     names: tuple[str, ...], track: Track, grid: Grid, rows: Indices, added: Array
 ) -> Array:
-    """Return the change of the residuals, (n, c), by a growth of the answer of a model at `rows`,
-    (m, 12).
+    """Return the change of the residuals, (n, c), by a growth of the answer of a model.
+
+    The growth is that at `rows`, (m, 12).
     """
     change = np.zeros((len(grid), len(names)))
     lower = grid.smooth_answer(added, rows)
@@ -209,8 +213,9 @@ def change_by_answer(
 
 
 def slack(grid: Grid, model: Replay | None, names: tuple[str, ...]) -> Array:
-    """Return the error of a model that is early or late by `TIMING` where it changes quickly, (n,
-    c).
+    """Return the error of a model that is early or late where it changes quickly, (n, c).
+
+    It is so by `TIMING`.
 
     Examples: an engine that answers to a lever, a propeller that meets its stop. The instants near
     it get the same slack.
@@ -263,8 +268,10 @@ def _temperature(track: Track, grid: Grid) -> dict[str, Array]:
 
 
 def _attitude_rates(track: Track, grid: Grid) -> dict[str, Array]:
-    """The gyros less the change of the attitude, about the body axes, over each step; not where the
-    track holds angular accelerations, whose rates were derived from the same records.
+    """The gyros less the change of the attitude, about the body axes, over each step.
+
+    There are none where the track holds angular accelerations, whose rates were derived from the
+    same records.
     """
     if MOMENTS[0] in track or not all(name in track for name in (*ATTITUDE, *RATES)):
         return {}
@@ -321,8 +328,9 @@ def _engines(track: Track, grid: Grid, predicted: Array, split: float) -> dict[s
 
 
 def _moments(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str, Array]:
-    """Change of each body rate over a step less the mean angular acceleration of the model; the
-    angular acceleration itself where the track has it.
+    """Change of each body rate over a step less the mean angular acceleration of the model.
+
+    It is the angular acceleration itself where the track has it.
     """
     residuals = {}
     for i, (rate, name) in enumerate(zip(RATES, MOMENTS, strict=True), start=len(FORCES)):
@@ -350,8 +358,9 @@ UnitForcesWith = Callable[[Motion, frozenset[str]], UnitForces]
 
 @dataclass(frozen=True, slots=True)
 class AircraftModel:
-    """The analyst's model of an aircraft: a force meter that takes overlays, and the data that
-    effects need.
+    """The analyst's model of an aircraft.
+
+    It is a force meter that takes overlays, and the data that effects need.
 
     `mass` [kg] is that with the load and the fuel of its file, for logs that hold none.
     `controls` are the surfaces and throttles that a log must hold so that the force meter can be
@@ -388,8 +397,9 @@ class ForceModel:
     unchanged: dict[bool, Array] = field(default_factory=dict)
 
     def along(self, motion: Motion, aircraft: AircraftModel | None = None) -> "ForceModel":
-        """Return the model with its answer along a motion measured anew, or with that of another
-        aircraft.
+        """Return the model with its answer along a motion measured anew.
+
+        The answer may be that of another aircraft.
 
         Its slopes stay, and what was measured in coarse steps stays for the same aircraft.
         """
@@ -409,8 +419,9 @@ class ForceModel:
         return self.kept[overlay]
 
     def moved_by(self, motion: Motion) -> Array:
-        """Return the reaction to another motion at the instants of `coarse` less that to `coarse`,
-        (m, 12).
+        """Return the reaction to another motion less that to `coarse`, (m, 12).
+
+        Both are at the instants of `coarse`.
         """
         return self._measured(motion, Overlay(), True) - self._without(True)
 
@@ -446,8 +457,9 @@ class ReferenceState:
         return None if self.force_model is None else self.force_model.replay
 
     def moved(self, clean: Track, model: ForceModel | None) -> "ReferenceState":
-        """Return the reference state of another clean track or with another model: its residuals
-        are computed anew.
+        """Return the reference state of another clean track or with another model.
+
+        Its residuals are computed anew.
         """
         base = channel_residuals(
             clean, self.grid, self.frame, None if model is None else model.replay

@@ -20,8 +20,9 @@ from pitotbench.units import Array
 
 @dataclass(frozen=True, slots=True)
 class FittedHypothesis:
-    """A hypothesis in the fit: the columns of its sizes, and small columns that its form leaves
-    open, with the deviations of their priors, (k,).
+    """A hypothesis in the fit: the columns of its sizes, and what its form leaves open.
+
+    The latter are small columns. `deviations` are those of the priors of both, (k,).
     """
 
     name: str
@@ -31,8 +32,10 @@ class FittedHypothesis:
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """A cause that may act: its columns in the evidence, (k,), the prior of their sizes, and the
-    logarithm of its prior odds. Two forms of one `cause` are never in one set.
+    """A cause that may act: its columns in the evidence, (k,), and its priors.
+
+    They are the prior of its sizes and the logarithm of its prior odds. Two forms of one `cause`
+    are never in one set.
 
     `left_open` are the columns of what its form leaves open, with the deviations of their priors,
     (j,) each.
@@ -56,8 +59,9 @@ class Hypothesis:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeighedSet:
-    """A set of hypotheses as members of a fit, and the logarithm of its prior odds times its
-    evidence.
+    """A set of hypotheses as members of a fit, and its weight.
+
+    The weight is the logarithm of its prior odds times its evidence.
     """
 
     members: tuple[FittedHypothesis, ...]
@@ -85,8 +89,9 @@ def _subsets(hypotheses: Sequence[Hypothesis], most: int) -> Iterator[tuple[Hypo
 
 
 def _weighed(evidence: Information, own: Sequence[Hypothesis]) -> WeighedSet:
-    """A set at the scales of its sizes that suit the log best, each at even odds with the others of
-    the ladder.
+    """A set at the scales of its sizes that suit the log best.
+
+    Each scale is at even odds with the others of the ladder.
     """
     ladder = THRESHOLDS.size_scales
     scales, best = [1.0] * len(own), -np.inf

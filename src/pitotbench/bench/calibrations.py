@@ -323,19 +323,29 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
         digest = told.hexdigest()
     if log is None:
         return InputFile(role, name, digest)
-    speed = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
-    spans = [
-        np.quantile(each, (0.05, 0.95))
-        for each in (speed, air.pressure_altitude(log.static_pressure))
-    ]
-    airspeeds, heights = ((float(low), float(high)) for low, high in spans)
-    minutes, origin = (
-        float(log.time[-1] - log.time[0]) / 60.0,
-        "simulated" if log.simulated else "measured",
+    shown = np.stack(
+        [
+            air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0)),
+            air.pressure_altitude(log.static_pressure),
+        ]
     )
-    identity = airplane_of(log), day_of(log), kind_of(log)
-    spans_and_names = tuple(channels), airspeeds, heights
-    return InputFile(role, name, digest, len(log), minutes, origin, *spans_and_names, *identity)
+    airspeeds, heights = (
+        (float(low), float(high)) for low, high in np.quantile(shown, (0.05, 0.95), axis=1).T
+    )
+    return InputFile(
+        role,
+        name,
+        digest,
+        rows=len(log),
+        minutes=float(log.time[-1] - log.time[0]) / 60.0,
+        origin="simulated" if log.simulated else "measured",
+        channels=tuple(channels),
+        airspeeds=airspeeds,
+        heights=heights,
+        airplane=airplane_of(log),
+        flown=day_of(log),
+        kind=kind_of(log),
+    )
 
 
 def settings_of(

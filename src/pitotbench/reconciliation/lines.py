@@ -6,7 +6,7 @@ the periodogram). From each channel its prediction by the others is subtracted, 
 in all of them and would hide the line. Louder noise raises every frequency, so a line counts by its
 power over that of usual innovations.
 
-A line is an unknown of the log: the waves of its period are free parameters of every channel. So it takes from
+A line is an unknown of the log: its two waves are free parameters of its channel. So it takes from
 an effect what it can explain itself, and nothing else.
 """
 
@@ -132,20 +132,19 @@ def _at_peak(layout: Layout, line: Line, noise: NoiseModel) -> Line:
 
 
 def _freed(layout: Layout, line: Line, noise: NoiseModel) -> Layout:
-    """A layout with the waves of a line as free parameters of every channel.
+    """A layout with the waves of a line as free parameters.
 
-    An error of the static pressure shows in heights, airspeed and forces, in gusts unseen. The
-    waves are at the frequency of the line, and half a step of the spectrum to both sides, for its
-    amplitude may change.
+    They are at its frequency, and half a step of the spectrum to both sides, for its amplitude may
+    change.
     """
     time = layout.track.time[layout.grid.rows]
     waves: dict[str, tuple[Array, float]] = {}
+    channel = layout.residuals.names.index(line.channel)
     for aside in (-0.5, 0.0, 0.5):
         turns = (1.0 / line.period + aside / (time[-1] - time[0])) * time
-        for kind, wave in (("cosine", np.cos), ("sine", np.sin)):
-            for channel, name in enumerate(layout.residuals.names):
-                column = np.zeros_like(layout.residuals.values)
-                column[:, channel] = wave(2.0 * np.pi * turns)
-                deviation = WIDE * float(noise.deviations[channel])
-                waves[f"{name} {kind} {aside} of line {len(layout.lines)}"] = column, deviation
+        for wave in (np.cos, np.sin):
+            column = np.zeros_like(layout.residuals.values)
+            column[:, channel] = wave(2.0 * np.pi * turns)
+            name = f"{line.channel} wave {len(layout.lines)} {len(waves)}"
+            waves[name] = column, WIDE * float(noise.deviations[channel])
     return replace(layout, free=layout.free.with_columns(waves), lines=(*layout.lines, line))

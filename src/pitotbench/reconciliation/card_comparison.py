@@ -95,8 +95,9 @@ def control_activity_difference(measured: FlightLog, flights: Sequence[FlightLog
 
 
 def gust_difference(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
-    """Return how much more the load factor of a log shakes than that of some flights of its card,
-    as a logarithm.
+    """Return how much more the load factor of a log shakes than that of its card.
+
+    It is a logarithm over some flights of the card.
 
     Gusts shake it within a second, and no hand does. It is 0.35 between smooth air and light
     turbulence, and 1.0 between light and moderate turbulence (circles of 20 Hz). Infinite where a
@@ -161,8 +162,9 @@ def _parts(log: FlightLog, labels: Sequence[str]) -> Parts:
 def _features(
     label: str, measured: Parts, simulated: Sequence[Parts], patched: Sequence[Parts]
 ) -> list[Feature]:
-    """The features of one segment; their deviation is that of flights of one airplane around their
-    mean.
+    """The features of one segment.
+
+    Their deviation is that of flights of one airplane around their mean.
     """
     in_flight = features_of(measured[label])
     before = [features_of(parts[label]) for parts in simulated]
@@ -286,8 +288,9 @@ def _smooth(time: Seconds, values: Array) -> Array:
 def _histories(
     label: str, begin: float, measured: Parts, simulated: Parts, patched: Parts
 ) -> list[History]:
-    """Measured, simulated and patched quantities over one segment of a log that begins at a time
-    [s].
+    """Measured, simulated and patched quantities over one segment of a log.
+
+    The segment begins at a time [s].
     """
     parts = [flight[label] for flight in (measured, simulated, patched)]
     histories = []

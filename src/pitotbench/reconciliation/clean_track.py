@@ -63,8 +63,9 @@ def _static_pressure(track: Track, smooth: Track) -> Array:
 
 
 def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
-    """GPS altitude whose quick changes come from the vertical velocity; empty without one of the
-    two.
+    """GPS altitude whose quick changes come from the vertical velocity.
+
+    Empty without one of the two.
     """
     if "altitude" not in track or "velocity_down" not in track:
         return {}
@@ -76,8 +77,9 @@ def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
 
 
 def _total_temperature(track: Track, smooth: Track) -> Mapping[str, Array]:
-    """Total temperature whose quick changes come from height and airspeed and not from sensor
-    noise.
+    """Total temperature whose quick changes come from height and airspeed.
+
+    Those of the sensor's noise are left out.
     """
     if "total_temperature" not in track:
         return {}

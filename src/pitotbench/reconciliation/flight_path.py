@@ -67,8 +67,9 @@ def with_path_flow(track: Track, wind: Array, mass: float) -> Track:
 
 
 def flow_angles(track: Track) -> tuple[Array, Array]:
-    """Return the angles of attack and of sideslip [rad], (n,) each: of the vanes, or without them
-    those of the path through the air.
+    """Return the angles of attack and of sideslip [rad], (n,) each.
+
+    They are those of the vanes, or without them those of the path through the air.
 
     The path is ground velocity less wind, in body axes (Klein and Morelli 2006, ch. 10). It does
     not show the gusts to which the airplane answers, so that its angles have a scale of their own.
@@ -97,8 +98,9 @@ def earth_acceleration(track: Track) -> Array | None:
 
 
 def quick_velocity(track: Track) -> Mapping[str, Array]:
-    """Ground velocity with the quick changes of the accelerometers; empty without these, or where
-    they shake.
+    """Ground velocity with the quick changes of the accelerometers.
+
+    Empty without these, or where they shake.
     """
     acceleration = earth_acceleration(track)
     if acceleration is None or _is_noisy(track, acceleration):
@@ -112,8 +114,9 @@ def quick_velocity(track: Track) -> Mapping[str, Array]:
 
 
 def _sink(track: Track) -> Array:
-    """The velocity down [m/s] of the static pressure, with the quick changes of the accelerometers
-    where they do not shake.
+    """The velocity down [m/s] of the static pressure.
+
+    It has the quick changes of the accelerometers where they do not shake.
     """
     acceleration = earth_acceleration(track)
     sink = -_rate(track, air.pressure_altitude(track["static_pressure"]))
@@ -129,8 +132,7 @@ def _rate(track: Track, values: Array) -> Array:
 
 
 def _is_noisy(track: Track, acceleration: Array) -> bool:
-    """Whether the noise of accelerometers, integrated over the window, is above that of a single
-    GPS fix.
+    """Whether accelerometers, integrated over the window, are noisier than a single GPS fix.
 
     Differences of neighbors show the noise: twice its variance, and 20 times that of a fix in third
     differences.
@@ -149,8 +151,9 @@ def complementary_filter(track: Track, measured: Array, predicted: Array) -> Arr
 
 
 def integrated(track: Track, rate: Array) -> Array:
-    """The integral of a rate over the rows, from zero; by trapezoids, for rectangles are half a row
-    late.
+    """The integral of a rate over the rows, from zero.
+
+    It is made by trapezoids, for rectangles are half a row late.
     """
     return np.asarray(cumulative_trapezoid(rate, dx=track.row_period, initial=0))
 

@@ -1,5 +1,6 @@
-"""The terms of formulas, which describe a gap that no effect explains, as columns of the
-regression.
+"""The terms of formulas as columns of the regression.
+
+They describe a gap that no effect explains.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -68,8 +69,9 @@ def _of_sensor(
 
 
 class _Forces:
-    """The changes by formulas of force: a pound along each axis times the formula's pounds in every
-    state.
+    """The changes by formulas of force.
+
+    They are a pound along each axis times the formula's pounds in every state.
     """
 
     def __init__(self, reference: ReferenceState) -> None:
@@ -82,8 +84,9 @@ class _Forces:
         self.units = {**self.model.units.changes, "LIFT": lift}
 
     def change(self, name: str, parameter: str, size: float) -> Array | None:
-        """Return the change of the residuals by one term, (n, c); None where the log lacks a
-        channel of it.
+        """Return the change of the residuals by one term, (n, c).
+
+        None where the log lacks a channel of it.
         """
         if not all(channel in self.signals for channel in channels_of(TERMS[parameter])):
             return None

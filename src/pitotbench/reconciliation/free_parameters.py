@@ -76,8 +76,9 @@ class FreeParameters:
     deviations: Array
 
     def beyond(self, names: Sequence[str]) -> dict[str, tuple[Array, float]]:
-        """Return the parameters that are not among some names, each with its column, (n, c), and
-        deviation.
+        """Return the parameters that are not among some names.
+
+        Each has its column, (n, c), and its deviation.
         """
         return {
             name: (self.columns[:, :, i], float(self.deviations[i]))
@@ -86,8 +87,9 @@ class FreeParameters:
         }
 
     def with_columns(self, further: Mapping[str, tuple[Array, float]]) -> "FreeParameters":
-        """Return these and further parameters: by name the change of the residuals, (n, c), and the
-        deviation.
+        """Return these and further parameters.
+
+        By name they are the change of the residuals, (n, c), and the deviation.
         """
         if not further:
             return self
@@ -123,9 +125,7 @@ class AnalysisSetting:
 
 @dataclass(frozen=True, slots=True)
 class _Column:
-    """Change of the residuals by one unit, (n, c), and the prior standard deviation of the
-    parameter.
-    """
+    """Change of the residuals by one unit, (n, c), with the deviation of the prior."""
 
     values: Array
     deviation: float
@@ -137,9 +137,7 @@ Columns = dict[str, _Column]
 
 @dataclass(frozen=True, slots=True)
 class _Variation:
-    """A change of the track by a step of a parameter, and the prior standard deviation of the
-    parameter.
-    """
+    """A change of the track by a step of a parameter, with the deviation of its prior."""
 
     change: Change
     step: float
@@ -232,8 +230,9 @@ def without_vane_angles(track: Track, sizes: Mapping[str, float]) -> Track:
 
 
 def curve_of(impact_pressure: Array, rounds: Iterable[Mapping[str, float]]) -> Array:
-    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of curves that were taken out one
-    after the other.
+    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of several curves.
+
+    They were taken out one after the other.
     """
     true = impact_pressure
     for sizes in rounds:
@@ -248,8 +247,9 @@ def _true_pressure(indicated: Array, sizes: Mapping[str, float]) -> Array:
 
 
 def curve_share(impact_pressure: Array, sizes: Mapping[str, float]) -> Array:
-    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of a curve of these sizes; it ignores
-    other names.
+    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of a curve of these sizes.
+
+    Other names are ignored.
     """
     basis = CURVE.basis(impact_pressure / REFERENCE_PRESSURE)
     share = np.zeros(len(impact_pressure))
@@ -351,8 +351,9 @@ def _coriolis(reference: ReferenceState) -> Columns:
 def _turned_into(
     reference: ReferenceState, vectors: Array, family: str, axes: tuple[str, str, str]
 ) -> Array:
-    """Vectors toward north, east, down, (n, 3), in the channels of a family along, across and down
-    the track.
+    """Vectors toward north, east, down, (n, 3), in the channels of a family.
+
+    These are along, across and down the track.
     """
     column = reference.blank()
     parts = reference.frame.turned(vectors, f"{family}_down" in reference.base.names)
@@ -378,8 +379,9 @@ TINY = 1e-12  # added to a scale: a channel without any change must not divide b
 
 @dataclass(frozen=True, slots=True)
 class ParameterFit:
-    """Sizes of the free parameters, (k,), the standard deviation of each, (k,), and the residuals
-    without them, (n, c).
+    """Sizes of the free parameters, (k,), and what they leave.
+
+    `deviations`, (k,), are those of the sizes, `residuals`, (n, c), those without them.
     """
 
     sizes: Array

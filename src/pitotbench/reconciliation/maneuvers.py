@@ -210,8 +210,10 @@ TINY = 1e-12  # of a deviation, so that it can be divided by
 
 
 def floor_left_out(layout: Layout, maneuvers: Sequence[Maneuver]) -> NullDistribution:
-    """Return the floor of maneuvers: the noise of what all terms leave on the parts left out, and
-    the sizes that errors of the measured variables seem to have.
+    """Return the floor of maneuvers, by the parts left out.
+
+    It is the noise of what all terms leave there, and the sizes that errors of the measured
+    variables seem to have.
 
     The parts are fitted as if the noise were white, so that no slow noise takes over what a
     constant and a term share.
@@ -256,8 +258,9 @@ def _attenuated(
 
 
 def _left_out(layout: Layout, noise: NoiseModel) -> Array:
-    """What the free parameters and all terms leave, (n, c), fitted without the fold of each
-    instant.
+    """What the free parameters and all terms leave, (n, c).
+
+    They are fitted without the fold of each instant.
     """
     equations = whitened_equations(layout, noise, with_cells=False)
     every = np.stack([s.column for s in layout.signatures], axis=2)

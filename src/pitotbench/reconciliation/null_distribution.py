@@ -1,5 +1,6 @@
-"""The null distribution: noise, scores and thresholds of flights without an effect; as text and
-back.
+"""The null distribution: noise, scores and thresholds of flights without an effect.
+
+It is written as text and read back.
 """
 
 import json
@@ -85,9 +86,10 @@ class ScoreScale:
     free: Mapping[str, NotNegative] = field(default_factory=dict)
 
     def lasting_of(self, labels: Sequence[str]) -> tuple[list[int], Array, Array]:
-        """Return the places among some labels of the sizes with a lasting score, (k,), these
-        scores, (k,), and their inner products, (k, k). Raises ValueError where there are not as
-        many products as scores.
+        """Return the sizes with a lasting score among some labels.
+
+        They are the places, (k,), the scores, (k,), and their inner products, (k, k). Raises
+        ValueError where there are not as many products as scores.
         """
         count, scores = len(self.lasting), np.array([*self.lasting.values()])
         products = np.reshape(self.products, (count, count))
@@ -187,8 +189,9 @@ class _Noise:
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """The fields of a NullDistribution, as JSON holds them, with the rules that its numbers must
-    obey.
+    """The fields of a NullDistribution, as JSON holds them.
+
+    Its numbers must obey the rules that stand here.
     """
 
     noise: _Noise

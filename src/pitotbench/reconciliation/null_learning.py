@@ -81,8 +81,9 @@ def turbulence_candidates(layout: Layout, on_null: Measure | None) -> tuple[Cand
 
 
 def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
-    """Return the logarithm of the mean square innovation of each channel, each over its usual size
-    nearby.
+    """Return the logarithm of the mean square innovation of each channel.
+
+    Each innovation counts over its usual size nearby.
 
     The usual size is the robust deviation of the instants nearby. Louder sensors, or an airplane
     that answers gusts more, raise both. A spike counts up to a limit: a wander lasts, and a busy
@@ -104,8 +105,9 @@ def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
 def powers_over(
     flights: Sequence[Mapping[str, float]], instants: int, gusts: Measure
 ) -> dict[str, Measure]:
-    """Return mean and deviation of the power of each channel over null flights of so many instants
-    each.
+    """Return mean and deviation of the power of each channel over null flights.
+
+    The flights have so many instants each.
 
     No deviation is below that of white noise, or below that between flights of other days and
     pilots. In turbulence the channels of the wind triangle are not included.
@@ -177,8 +179,10 @@ Flight = tuple[Layout, NoiseModel]
 
 @dataclass(frozen=True, slots=True)
 class FlightScores:
-    """The scores of one flight: of the effects, signed ones of the cells, of the sizes beside all
-    cells, and the free parameters in deviations of their priors.
+    """The scores of one flight.
+
+    They are those of the effects, signed ones of the cells, those of the sizes beside all cells,
+    and the free parameters in deviations of their priors.
     """
 
     effects: Mapping[str, float]
@@ -201,8 +205,9 @@ Perform = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
 def learn_null_distribution(
     layouts: Sequence[Layout], each: Perform | None = None
 ) -> NullDistribution:
-    """Learn from null flights. `each` does the work on every flight, by default one after the
-    other.
+    """Learn from null flights.
+
+    `each` does the work on every flight, by default one after the other.
 
     Each flight is scored by the noise, means and spreads of the others, because the log to be
     judged has no part in them either. Raises ValueError for fewer flights than a spread needs.
@@ -288,9 +293,7 @@ def _spreads(flights: Sequence[Mapping[str, float]]) -> dict[str, float]:
 def evidence_of(
     flight: tuple[Layout, NoiseModel, ScoreScale],
 ) -> tuple[tuple[str, ...], Information]:
-    """Return the labels of the sizes that are not searched for, and the evidence of one null flight
-    for them.
-    """
+    """Return the labels of the sizes that are not searched for, and one null flight's evidence."""
     layout, noise, scale = flight
     equations = whitened_equations(layout, scaled_to(noise, layout))
     beyond = evidence_beyond_floor(layout, equations, scale, wander_of_scores(scale))
@@ -302,8 +305,9 @@ def evidence_of(
 def left_over(
     labels: tuple[str, ...], flights: Sequence[Information]
 ) -> tuple[dict[str, float], list[Information]]:
-    """Return the sizes that null flights still seem to have, with the root mean square of their
-    scores, and the flights without them.
+    """Return the sizes that null flights still seem to have, and the flights without them.
+
+    Each size comes with the root mean square of its scores.
 
     The largest comes first. It is eliminated before the next one is looked for, because one cause
     of such scores gives them to all effects that are like it.
@@ -322,8 +326,9 @@ def left_over(
 
 
 def lasting_scores(flights: Sequence[Information]) -> tuple[Array, Array]:
-    """Return the mean scores of sizes on null flights, (m,), without what is chance, and the mean
-    inner products of the sizes, (m, m).
+    """Return the mean scores of sizes on null flights, (m,), without what is chance.
+
+    After them stand the mean inner products of the sizes, (m, m).
 
     They are kept along those axes of the mean inner products, each size in units of its own power,
     on which they are beyond chance. Of sizes that are nearly alike, the noise of the mean would be
@@ -342,8 +347,9 @@ def _in_turn(work: Callable[[Any], Any], flights: Sequence[Any]) -> list[Any]:
 
 
 def scores_of(flight: Flight) -> FlightScores:
-    """Return the scores of all effects and cells of one null flight, with events where they fit
-    best.
+    """Return the scores of all effects and cells of one null flight.
+
+    Events stand where they fit best.
     """
     layout, noise = flight[0], scaled_to(flight[1], flight[0])
     layout = placed_in_time(layout, noise)
@@ -368,8 +374,7 @@ def scores_of(flight: Flight) -> FlightScores:
 
 
 def _threshold(largest: Sequence[float], scores: int) -> float:
-    """The largest of so many scores on any null flight, or what that of independent ones exceeds by
-    chance.
+    """The largest of so many scores on any null flight, or of as many independent ones by chance.
 
     The latter is exceeded on the share of false alarms (Šidák 1967), with the error of means over
     so few flights.

@@ -1,5 +1,6 @@
-"""What another flight says of the gaps: each of several flights, alone and left out, and a log that
-is held out.
+"""What another flight says of the gaps.
+
+It is each of several flights, alone and left out, or a log that is held out.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -95,8 +96,9 @@ def flights_of(
 
 
 def holding(causes: dict[str, float]) -> tuple[str, ...]:
-    """Return the causes of the smallest set that holds a gap, of causes with the most probable
-    first.
+    """Return the causes of the smallest set that holds a gap.
+
+    The causes come with the most probable first.
     """
     cumulative = np.cumsum([*causes.values()])
     return tuple(causes)[
@@ -122,8 +124,9 @@ def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None
 def _own_sizes(
     members: Sequence[FittedHypothesis], mine: Sizes, theirs: Sizes
 ) -> Iterable[OwnSize]:
-    """The largest size of each effect that a flight shows, with the distance of all from those of
-    the others.
+    """The largest size of each effect that a flight shows.
+
+    With it stands the distance of all its sizes from those of the others.
     """
     for member in members:
         own = mine.among(keys_of(member.name, mine.keys))
@@ -137,8 +140,7 @@ def _own_sizes(
 
 
 def contradiction(own: Sizes, others: Sizes) -> float:
-    """Return the distance [σ] of the sizes that one flight shows from those that the other flights
-    show.
+    """Return the distance [σ] of the sizes of one flight from those of the others.
 
     It is that of a normal number as improbable as the squared distance of the sizes, which is
     χ²-distributed.
@@ -152,8 +154,9 @@ def contradiction(own: Sizes, others: Sizes) -> float:
 
 
 def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
-    """Return a sentence for each effect that a flight contradicts, with the flight that does so
-    most.
+    """Return a sentence for each effect that a flight contradicts.
+
+    It names the flight that does so most.
 
     Two flights differ equally from one another: the one that shows less of the effect is the one
     that contradicts it.
@@ -176,8 +179,9 @@ def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
 
 
 def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistribution:
-    """Return the null distribution of a card if it has the channels of a log; else one from the log
-    itself.
+    """Return the null distribution of a card if it has the channels of a log.
+
+    Else it is one from the log itself.
     """
     if of_card is not None and of_card.noise.names == layout.residuals.names:
         return of_card
@@ -187,8 +191,10 @@ def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistri
 def hold_out(
     lay: Callable[[Catalog[Effect]], Layout], null: NullDistribution, fitted: Fitted
 ) -> Closure | None:
-    """Return the closure of all gaps on another log, with the sizes fitted before; None where no
-    gap is to be seen there. `lay` lays the log out with some effects as its hypotheses.
+    """Return the closure of all gaps on another log, with the sizes fitted before.
+
+    None where no gap is to be seen there. `lay` lays the log out with some effects as its
+    hypotheses.
 
     Events and effects for a part of one flight are left out: the other flight has them at other
     times, or not at all. So are sizes that the other log cannot show. The noise is that of the

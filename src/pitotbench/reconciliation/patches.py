@@ -83,8 +83,9 @@ def beyond_range(cause: Candidate) -> Iterator[str]:
 
 
 def not_told(gaps: Sequence[Gap], chosen: str, flown: Sequence[str] = ()) -> str:
-    """Return which causes of the airplane are not patched, because the log does not tell them from
-    others, and what to fly; empty where there are none.
+    """Return which causes of the airplane are not patched, and what to fly.
+
+    The log does not tell them from others. Empty where there are none.
     """
     groups = [
         [cause.name for cause in gap.causes]
@@ -100,8 +101,9 @@ def not_told(gaps: Sequence[Gap], chosen: str, flown: Sequence[str] = ()) -> str
 
 
 def name_in_case(name: str) -> str:
-    """Return the name of an effect in a case file; a form for a part of the flight goes by that of
-    its effect.
+    """Return the name of an effect in a case file.
+
+    A form for a part of the flight goes by that of its effect.
     """
     return effect_of(name).part_of or name
 
@@ -119,8 +121,9 @@ def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
 
 
 def _sizes(effect: Candidate) -> dict[str, float]:
-    """Return the sizes that were fitted; one that the log does not show and that a case must state
-    is 0.
+    """Return the sizes that were fitted.
+
+    One that the log does not show and that a case must state is 0.
     """
     own = effect_of(effect.name)
     limited = {s.name: own.parameter(s.name).within(s.value) for s in effect.sizes}
@@ -160,16 +163,19 @@ def flights_to_fly(
 
 
 def maneuver_to_fly(groups: Sequence[Sequence[str]], flown: Sequence[str] = ()) -> str:
-    """Return the first maneuver of the advice of `flights_to_fly` that was not flown; empty without
-    one.
+    """Return the first maneuver of the advice of `flights_to_fly` that was not flown.
+
+    Empty without one.
     """
     advised = [maneuver for names in groups for way, _ in _ways(names, flown) for maneuver in way]
     return next((each for each in advised if each not in flown), "")
 
 
 def _ways(names: Sequence[str], flown: Sequence[str]) -> list[tuple[tuple[str, ...], str]]:
-    """The ways of flying that show an effect or distinguish several: maneuvers and words of
-    each."""
+    """The ways of flying that show an effect or distinguish several.
+
+    They are the maneuvers and the words of each.
+    """
     shown_by = list(dict.fromkeys(FORMS[name].shows_in for name in names))
     if len(shown_by) == 1:
         return [(each.maneuvers, str(each)) for each in shown_by]

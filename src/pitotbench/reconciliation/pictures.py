@@ -37,8 +37,9 @@ OPEN = "what_the_forms_leave_open"  # step of the waterfall
 
 
 def waterfall(block: Block, fit: Fit, effects: Collection[str]) -> tuple[Step, ...]:
-    """Return the sum of squares that remains as the `effects` of a fit are added one by one, and
-    with what their forms leave open.
+    """Return the sum of squares that remains as the effects of a fit are added one by one.
+
+    The last one is with what their forms leave open.
 
     The sizes are those fitted together. The effect that removes most comes first.
     """
@@ -56,16 +57,18 @@ def waterfall(block: Block, fit: Fit, effects: Collection[str]) -> tuple[Step, .
 
 
 def _remaining(block: Block, fit: Fit, places: Sequence[int]) -> float:
-    """Sum of squares beyond the floor with some of the columns of a fit at their sizes and the
-    others absent.
+    """Sum of squares beyond the floor with some of the columns of a fit at their sizes.
+
+    The others are absent.
     """
     at = [fit.columns[i] for i in places]
     return float(block.beyond.less(at, fit.sizes[list(places)]).inner[-1, -1])
 
 
 def traces(block: Block, fit: Fit) -> tuple[Trace, ...]:
-    """Return every residual channel over time without free parameters, and the part that a fit
-    explains.
+    """Return every residual channel over time, and the part that a fit explains.
+
+    The free parameters are taken out.
     """
     layout = block.layout
     free = layout.free.columns @ block.equations.free_sizes(fit.columns)
@@ -164,8 +167,9 @@ def clearest_channel(block: Block, part: str, found: Sequence[Trace]) -> Telling
 
 
 def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
-    """Return the standard deviation of the mean over some instants of a channel's noise [the
-    channel's unit].
+    """Return the standard deviation of the mean of a channel's noise over some instants.
+
+    It is in the channel's unit.
 
     The noise is the autoregression of the channel; its response to one innovation, summed over a
     window, gives the variance of the mean.
@@ -178,8 +182,9 @@ def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
 
 
 def calibration_change(layout: Layout, fit: Fit) -> CalibrationChange | None:
-    """Return what a calibration by the wind triangle makes of the effects of a fit; None without
-    any.
+    """Return what a calibration by the wind triangle makes of the effects of a fit.
+
+    None without any.
 
     Wind and error curve are fitted by least squares to what the effects do to the along- and
     across-track airspeed. What the curve takes of it is the error of a calibration that does not
@@ -213,8 +218,9 @@ def _slack(layout: Layout, channel: str) -> Array:
 
 
 def _level(trace: Trace, instants: int, noise: Array) -> float:
-    """Root mean square, in units of the noise (n,), of what is explained or else of the means of
-    the gap.
+    """Root mean square of what is explained or else of the means of the gap, (n,).
+
+    It is in units of the noise.
     """
     values = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
     return float(np.sqrt(np.mean((values / np.maximum(noise, TINY)) ** 2)))
@@ -225,8 +231,9 @@ def _means(values: Array, instants: int) -> Array:
 
 
 def _variable(layout: Layout, gap: Array, used: Booleans) -> tuple[str, Array]:
-    """The variable that a gap, (n,), follows most where it is used, with its values at the instants
-    in SI units.
+    """The variable that a gap, (n,), follows most where it is used.
+
+    Its values at the instants are in SI units.
     """
     values = {
         n: v for n, v in flight_variables(layout.reference.clean, layout.grid).items() if n in DRAWN

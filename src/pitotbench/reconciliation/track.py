@@ -58,8 +58,9 @@ class Track:
 
 
 def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
-    """Return the track of a log; `fresh_air` is false on rows whose air data only repeat the
-    previous row.
+    """Return the track of a log.
+
+    `fresh_air` is false on rows whose air data only repeat the previous row.
 
     Lost rows are filled by interpolation. A pause in the recording ends a stretch, and so does an
     outage of the GPS or of the air data, of which no row is used. Raises BadInputError where no
@@ -186,20 +187,23 @@ class Grid:
         return len(self.rows)
 
     def smooth(self, values: Array, gps: bool = False) -> Array:
-        """Return a channel at the instants, filtered; the fixes of a slow GPS are taken as they
-        are.
+        """Return a channel at the instants, filtered.
+
+        The fixes of a slow GPS are taken as they are.
         """
         return self._at(self.rows, values, gps)
 
     def smooth_answer(self, values: Array, rows: Indices) -> Array:
-        """Return columns given at some rows, (m, k), at the instants through the same filter, (n,
-        k).
+        """Return columns given at some rows, (m, k), at the instants, (n, k).
+
+        They go through the same filter.
         """
         return np.asarray(self._answer_weights(rows) @ values)
 
     def _answer_weights(self, rows: Indices) -> csr_array:
-        """The filter as a matrix from values at some rows to the instants, (n, m); the last one is
-        kept.
+        """The filter as a matrix from values at some rows to the instants, (n, m).
+
+        The last one is kept.
         """
         if not self._kept or self._kept[0][0] is not rows:
             self._kept[:] = [(rows, self._new_weights(rows))]
@@ -228,8 +232,9 @@ class Grid:
         return np.asarray(values[around] @ self.taps)
 
     def mean_between(self, values: Array, gps: bool = False) -> Array:
-        """Return the mean of a channel from the previous instant to each instant; 0 at the first of
-        every stretch.
+        """Return the mean of a channel from the previous instant to each instant.
+
+        It is 0 at the first of every stretch.
 
         The integral by the trapezoidal rule passes the same filter as velocities do.
         """

@@ -59,7 +59,8 @@ def effect_rows(effects: Sequence[Effect]) -> Rows:
 
 def _parameter(p: Parameter) -> str:
     optional = ", optional" if p.shape else ""
-    return f"`{p.name}` {p.typical:g} ({p.low:g}…{p.high:g}{optional}): {p.what}"
+    grows = f", in proportion to the {p.grows_with}" if p.grows_with else ""
+    return f"`{p.name}` {p.typical:g} ({p.low:g}…{p.high:g}{optional}): {p.what}{grows}"
 
 
 def short_sources(effects: Iterable[Effect]) -> dict[str, str]:

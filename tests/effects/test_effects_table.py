@@ -299,3 +299,14 @@ def test_a_case_file_names_the_times_beside_the_sizes():
 def test_impossible_times_are_refused(name, parameters, message):
     with pytest.raises(BadInputError, match=message):
         chosen([EffectSpec(name, parameters)])
+
+
+def test_typical_sizes_and_ranges_grow_with_the_airplane():
+    mass = EFFECTS["mass"].parameter("mass_kg")
+    assert mass.of_airplane(aircraft_model("navajo").baseline) == mass
+    small = mass.of_airplane(aircraft_model("aerosonde").baseline)  # of 13.5 kg, and 1,842 kg
+    shrunk = np.array([small.typical, small.low, small.high])
+    assert np.allclose(shrunk, np.array([150.0, -600.0, 600.0]) * 13.5 / 1841.6, rtol=1e-4)
+    assert mass.of_airplane(Baseline("unknown", (0.0, 0.0, 0.0))) == mass
+    share = EFFECTS["lift_slope"].parameter("change")
+    assert share.of_airplane(aircraft_model("aerosonde").baseline) == share

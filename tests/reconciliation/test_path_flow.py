@@ -14,6 +14,8 @@ from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.flight_path import WIND, flow_angles, with_path_flow
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out, mean_wind_of
+from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.regression import fit_gaps
 from pitotbench.reconciliation.track import FORCES, track_of
 from pitotbench.records.case import Case, DataSystem, Wind
 from pitotbench.records.log import FlightLog
@@ -104,3 +106,16 @@ def test_rising_air_is_no_cause_where_only_the_lift_would_show_it(start: FlightL
     both = Catalog("effect", {name: EFFECTS[name] for name in ("updraft", "lift_slope")})
     layout = lay_out(replace(start, **BARE), aircraft_model("c172x"), AnalysisSetting(), both)
     assert {each.effect for each in layout.signatures} == {"lift_slope"}
+
+
+def test_without_vanes_a_lighter_airplane_is_one_of_mass_and_lift_slope(start: FlightLog) -> None:
+    """The rest that the prediction leaves in each force decides nothing between the two; with
+    vanes the log does.
+    """
+    both = Catalog("effect", {name: EFFECTS[name] for name in ("mass", "lift_slope")})
+    model = aircraft_model("c172x")
+    assert model is not None
+    light = replace(model, mass=1.2 * model.mass)  # of the sheet: the airplane is lighter than it
+    layout = lay_out(replace(start, header={}, **BARE), light, AnalysisSetting(), both)
+    (gap, *_) = fit_gaps([layout], [theoretical_distribution(layout)]).gaps
+    assert gap.causes["mass"] == gap.causes["lift_slope"] > 0.4

@@ -10,7 +10,7 @@ from pitotbench import BadInputError, Case, air, fly
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.effects.overlay import AxisFunction, Overlay, product
-from pitotbench.models.aircraft_model import aircraft_model
+from pitotbench.models.aircraft_model import aircraft_model, coarse_rate
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.simulation import force_meter
@@ -311,3 +311,22 @@ def test_the_power_of_a_turboprop_does_not_depend_on_how_often_its_state_is_set(
             [felt.specific_force_x[-1], felt.roll_acceleration[-1], felt.fuel_flow_left[-1]]
         )
     assert told[0] == pytest.approx(told[1], rel=1e-3)
+
+
+def test_a_light_propeller_is_followed_in_steps_that_it_settles_in():
+    """At 25 Hz the thrust of the aerosonde alternated by 5,000 m/s² from state to state."""
+    assert coarse_rate("aerosonde", 30.0) == 50.0
+    assert coarse_rate("navajo", 60.0) == 25.0
+
+
+def test_a_shifted_center_of_gravity_leaves_the_moments_of_inertia_of_a_small_airplane():
+    """The ballast that moves it stands a few chords away: a moment about the pitch axis alone."""
+    baseline = read_baseline(find_aircraft("aerosonde"))
+    effect = EFFECTS["center_of_gravity"]
+    shift = effect.parameter("aft_m").of_airplane(baseline).typical
+    inertias = []
+    for sizes in ({}, {"aft_m": shift}):
+        plant = Plant.load("aerosonde", 100.0, effect.overlay(sizes, baseline), at_once=True)
+        plant.run_initial_conditions()
+        inertias.append(inertia_of(plant))
+    assert np.allclose(*inertias, rtol=0.05)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from pitotbench.effects.effect import (
+    NAVAJO,
     RANGE_OF_AIRSPEED,
     SIDESLIP,
     TURNING,
@@ -46,7 +47,14 @@ BELLY_POD = AircraftEffect(
     left_open=("pitch_stiffness", "zero_lift"),
     part="drag",
     parameters=(
-        Parameter("drag_area_m2", 0.1, -0.2, 0.8, "drag area: drag over dynamic pressure"),
+        Parameter(
+            "drag_area_m2",
+            0.1,
+            -0.2,
+            0.8,
+            "drag area: drag over dynamic pressure",
+            grows_with="wing area",
+        ),
     ),
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: 0.1 on the frontal area of a fairing to 1 "
     "for blunt bodies; Martos, Kiszely and Foster 2011: the pod on the airplane, not in the model",
@@ -117,7 +125,14 @@ INCLINED_POD = AircraftEffect(
     left_open=("pitch_stiffness", "zero_lift"),
     part="drag",
     parameters=(
-        Parameter("drag_area_m2", 0.08, -0.2, 0.8, "drag area with the pod along the flow"),
+        Parameter(
+            "drag_area_m2",
+            0.08,
+            -0.2,
+            0.8,
+            "drag area with the pod along the flow",
+            grows_with="wing area",
+        ),
         Parameter(
             "growth_per_rad2",
             30.0,
@@ -152,26 +167,35 @@ INDUCED_DRAG = AircraftEffect(
 )
 
 
-ARM = 100.0  # in, over which ballast is moved; any arm gives the same moment
+# in, over which ballast is moved, at the navajo's chord: any arm gives the same moment, and the
+# ballast on one of 1.4 chords adds little to the moment of inertia
+ARM = 100.0
 
 
 def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     x, y, z = baseline.center_of_gravity
     # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass
     # stays, the moment changes. The file's inches are the unit of the arm.
-    moved = product(*effect.paths(), 12.0 / (FOOT * ARM), "inertia/weight-lbs")
+    arm = ARM * baseline.dimensions.get("chord", NAVAJO["chord"]) / NAVAJO["chord"]
+    moved = product(*effect.paths(), 12.0 / (FOOT * arm), "inertia/weight-lbs")
     return Overlay(
         sizes=effect.properties(sizes),
-        masses=(MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z))),
+        masses=(MassPoint(moved, (x + arm, y, z)), MassPoint(product(-1.0, moved), (x, y, z))),
     )
 
 
 MASS = AircraftEffect(
     name="mass",
     part="loading",
+    like_without_vanes="lift_slope",
     parameters=(
         Parameter(
-            "mass_kg", 150.0, -600.0, 600.0, "mass at the center of gravity beyond the loading"
+            "mass_kg",
+            150.0,
+            -600.0,
+            600.0,
+            "mass at the center of gravity beyond the loading",
+            grows_with="empty mass",
         ),
     ),
     source="loading sheets: passengers, fuel and equipment to some 5 % of the weight",
@@ -187,7 +211,14 @@ CENTER_OF_GRAVITY = AircraftEffect(
     name="center_of_gravity",
     part="loading",
     parameters=(
-        Parameter("aft_m", 0.06, -0.25, 0.25, "center of gravity behind that of the model"),
+        Parameter(
+            "aft_m",
+            0.06,
+            -0.25,
+            0.25,
+            "center of gravity behind that of the model",
+            grows_with="chord",
+        ),
     ),
     source="type certificate limits of the class: a range of some 0.3 m",
     what="The center of gravity is not where the model has it: elevator and pitch stability "

@@ -13,6 +13,7 @@ import numpy as np
 from pitotbench.catalog import Catalog, explain
 from pitotbench.effects.overlay import (
     Baseline,
+    Dimension,
     Overlay,
     Term,
     difference,
@@ -24,7 +25,7 @@ from pitotbench.effects.overlay import (
 from pitotbench.effects.response import Signals
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
-from pitotbench.units import FULL_TURN, Array, Seconds
+from pitotbench.units import FOOT, FULL_TURN, POUND, Array, Seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +100,14 @@ def reads(channel: str, read: Callable[[Array, Sizes], Array]) -> SensorFunction
     return lambda signals, sizes: signals.with_channels(**{channel: read(signals[channel], sizes)})
 
 
+# of the airplane for which the sizes of the table are stated; its file has the sources
+NAVAJO: Mapping[Dimension, float] = {
+    "empty mass": 4060.0 * POUND,
+    "wing area": 229.0 * FOOT**2,
+    "chord": 5.80 * FOOT,
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """One number of an effect. Its name ends in its unit; a number without dimension has no unit.
@@ -107,7 +116,7 @@ class Parameter:
     such as a time or a damping, says what form the effect has, not its size: a case may omit it,
     and then it is `typical`. A size that `may_be_missing` is 0 where a case omits it. Without a
     size that is `defining` the effect is its `neighbor` in the table: a line with water in it, but
-    no water, is a line that is late.
+    no water, is a line that is late. A size that `grows_with` a dimension is stated for the navajo.
     """
 
     name: str
@@ -118,6 +127,18 @@ class Parameter:
     shape: bool = False
     may_be_missing: bool = False
     defining: bool = False
+    grows_with: Dimension | None = None
+
+    def of_airplane(self, baseline: Baseline) -> "Parameter":
+        """Return the parameter for another airplane: typical size and range in proportion to the
+        dimension that they grow with; as it is where the airplane's file does not tell that.
+        """
+        own = baseline.dimensions.get(self.grows_with) if self.grows_with else None
+        if self.grows_with is None or own is None:
+            return self
+        ratio = own / NAVAJO[self.grows_with]
+        typical, low, high = (ratio * each for each in (self.typical, self.low, self.high))
+        return replace(self, typical=typical, low=low, high=high)
 
     def within(self, value: float) -> float:
         """Return a value, or the end of the plausible range that it is beyond."""
@@ -145,7 +166,8 @@ class Effect:
     others, as one surface that is off, and is looked for alone. An effect `for_whole_flight` is not
     looked for in a part of the flight: a workshop sets it, or it is a drift, which would jump at
     the ends of the part. An effect seen `by_vanes` is not looked for without them: there the lift
-    alone shows it, as it shows what the form of another term leaves. `part_of` names the effect
+    alone shows it, as it shows what the form of another term leaves. `like_without_vanes` names an
+    effect that no log without vanes separates from this one. `part_of` names the effect
     that this one is for a part of the flight; only the forms in time have it. An effect on the
     sensors changes the channels `changes`, and of the channels `also` those that the log has; it
     changes no others.
@@ -165,6 +187,7 @@ class Effect:
     by_size: bool = False
     for_whole_flight: bool = False
     by_vanes: bool = False
+    like_without_vanes: str = ""
     part_of: str = ""
     changes: tuple[str, ...] = ()
     also: tuple[str, ...] = ()

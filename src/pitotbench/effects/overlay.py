@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import partial, reduce
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -80,6 +80,7 @@ def _evaluated(node: ET.Element, properties: Mapping[str, Array | float]) -> Arr
 
 
 Point = tuple[float, float, float]  # inches, structural axes: x aft, y right, z up
+Dimension = Literal["empty mass", "wing area", "chord"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,8 +276,10 @@ class Engine:
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """The data of an unchanged aircraft that overlays need; `declared` holds the properties of its
-    files.
+    """The data of an unchanged aircraft that overlays need.
+
+    `declared` holds the properties of its files, `dimensions` its empty mass [kg], wing area [m²]
+    and chord [m] by these names, as far as the file tells them.
     """
 
     aircraft: str
@@ -284,6 +287,7 @@ class Baseline:
     functions: tuple[AeroFunction, ...] = ()
     engines: tuple[Engine, ...] = ()
     declared: Mapping[str, float] = field(default_factory=dict)
+    dimensions: Mapping[Dimension, float] = field(default_factory=dict)
 
     def terms(self, axis: str, variable: str) -> tuple[AeroFunction, ...]:
         """Return the aerodynamic terms of an axis in a variable.

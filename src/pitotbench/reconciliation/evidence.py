@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from pitotbench.effects import effect_of
+from pitotbench.effects.effect import Parameter
 from pitotbench.estimation.information import SINGULAR, Information
 from pitotbench.normal_equations import inverse
 from pitotbench.reconciliation.equations import Fit, NormalEquations
@@ -40,16 +41,15 @@ class Prior:
         return np.asarray(np.maximum(scale, self.least) * self.typical)
 
 
-def prior_of(effect: str, parameters: Sequence[str]) -> Prior:
+def prior_of(sizes: Sequence[Parameter]) -> Prior:
     """Return the prior of some sizes of an effect or a formula."""
-    own = [effect_of(effect).parameter(name) for name in parameters]
-    values = [(abs(p.typical), p.low, p.high, 1.0 if p.defining else 0.0) for p in own]
+    values = [(abs(p.typical), p.low, p.high, 1.0 if p.defining else 0.0) for p in sizes]
     return Prior(*np.array(values, dtype=float).reshape(-1, 4).T)
 
 
-def widest(key: tuple[str, str]) -> float:
-    """Return the widest prior deviation of a size, by its effect and its parameter."""
-    return THRESHOLDS.size_scales[-1] * abs(float(effect_of(key[0]).parameter(key[1]).typical))
+def widest(size: Parameter) -> float:
+    """Return the widest prior deviation of a size."""
+    return THRESHOLDS.size_scales[-1] * abs(size.typical)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from pitotbench.catalog import Catalog
 from pitotbench.effects import additional_terms
-from pitotbench.effects.effect import Effect
+from pitotbench.effects.effect import Effect, Parameter
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.reconciliation.cells import Cell, cells, is_examined
@@ -41,9 +41,9 @@ from pitotbench.reconciliation.residuals import (
 from pitotbench.reconciliation.signatures import (
     WHOLE_FLIGHT,
     Signature,
+    parameter_of,
     reads_gusts,
     signatures_of,
-    typical_size,
 )
 from pitotbench.reconciliation.track import MARGIN, Grid, Track, mach_number, track_of
 from pitotbench.records import BadInputError
@@ -115,6 +115,11 @@ class Layout:
     def grid(self) -> Grid:
         """The instants."""
         return self.reference.grid
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The parameter of each signature, for the airplane of the log."""
+        return tuple(parameter_of(self.reference, (s.effect, s.parameter)) for s in self.signatures)
 
     @property
     def used(self) -> Booleans:
@@ -197,8 +202,8 @@ def vane_errors(layout: Layout) -> dict[str, float]:
         return {}
     every = layout.free.with_columns(
         {
-            f"{s.effect} {s.parameter}": (s.column, typical_size(s))
-            for s in layout.signatures
+            f"{s.effect} {s.parameter}": (s.column, abs(size.typical))
+            for s, size in zip(layout.signatures, layout.parameters, strict=True)
             if not reads_gusts(s.effect)
         }
     )

@@ -265,7 +265,7 @@ def _left_out(layout: Layout, noise: NoiseModel) -> Array:
     equations = whitened_equations(layout, noise, with_cells=False)
     every = np.stack([s.column for s in layout.signatures], axis=2)
     columns = np.concatenate([layout.free.columns, every], axis=2)
-    wide = np.array([widest((s.effect, s.parameter)) for s in layout.signatures])
+    wide = np.array([widest(p) for p in layout.parameters])
     fold, left = folds_of(layout), layout.residuals.values.copy()
     for n, sizes in zip(np.unique(fold), _sizes_left_out(equations, wide), strict=True):
         left[fold == n] -= columns[fold == n] @ sizes

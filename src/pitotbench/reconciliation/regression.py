@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import expit, logsumexp
 
 from pitotbench.effects import FORMULAS, effect_of
+from pitotbench.effects.effect import Parameter
 from pitotbench.estimation.information import Information, Marginal
 from pitotbench.reconciliation.discrepancies import Discrepancy, discrepancy_of
 from pitotbench.reconciliation.equations import (
@@ -27,6 +28,7 @@ from pitotbench.reconciliation.evidence import (
     weigh,
     widest,
 )
+from pitotbench.reconciliation.flight_path import PATH_SCALES
 from pitotbench.reconciliation.formula import term_signatures
 from pitotbench.reconciliation.layout import (
     Layout,
@@ -53,6 +55,7 @@ from pitotbench.reconciliation.signatures import (
     cause_of,
     columns_of,
     lasts,
+    parameter_of,
     reads_gusts,
     searched_shapes,
 )
@@ -196,6 +199,11 @@ class FoundGap:
 # between a formula and its term, and between an effect and a size of it that is looked for alone
 SEPARATOR = "|"
 CHANNEL_GROUPS = ("airspeed", "attitude", "specific_force", "acceleration", "engine", "turning")
+LIKE_WITHOUT_VANES = {
+    name: effect.like_without_vanes
+    for name, effect in FITTED.items()
+    if effect.like_without_vanes and lasts(name)
+}
 NOTHING = FittedHypothesis("", (), np.zeros(0))
 
 
@@ -238,10 +246,14 @@ class Regression:
             elif not FITTED[effect].one_model_with:
                 self.columns[effect] = (*self.columns.get(effect, ()), i)
         self._priors = {
-            name: prior_of(self.keys[own[0]][0], [self.keys[i][1] for i in own])
+            name: prior_of([self.parameter(self.keys[i]) for i in own])
             for name, own in self.columns.items()
         }
         self._log_priors = _log_priors(list(self.columns))
+
+    def parameter(self, key: Key) -> Parameter:
+        """Return the parameter of a size, for the airplane of the logs."""
+        return parameter_of(self.blocks[0].layout.reference, key)
 
     def _places(self) -> list[list[int]]:
         """For each log the columns of its sizes and cells in the evidence of all logs."""
@@ -304,7 +316,22 @@ class Regression:
             if [gap.member.name for gap in gaps] == before:
                 break
         left = self.beside([gap.member for gap in gaps], refused)
-        return _by_effect(gaps), _by_effect([left])[0]
+        return self._with_shared_forms(_by_effect(gaps)), _by_effect([left])[0]
+
+    def _with_shared_forms(self, gaps: Sequence[FoundGap]) -> list[FoundGap]:
+        """Gaps in which two effects that no log without vanes separates are equally probable: the
+        rest that the prediction leaves in each force would decide between them.
+        """
+        if any(PATH_SCALES[0] not in block.layout.track for block in self.blocks):
+            return list(gaps)
+        shared = list[FoundGap]()
+        for gap in gaps:
+            forms = dict(gap.forms)
+            for one, other in LIKE_WITHOUT_VANES.items():
+                if {one, other} <= forms.keys() and gap.member.name in (one, other):
+                    forms[one] = forms[other] = 0.5 * (forms[one] + forms[other])
+            shared.append(replace(gap, forms=forms))
+        return shared
 
     def _with_more(self, gaps: list[FoundGap], refused: set[str]) -> list[FoundGap]:
         """Gaps with those that the logs show beside them; what explains nothing is `refused`."""
@@ -594,7 +621,7 @@ class Regression:
         """
         kept = Regression([self.blocks[i] for i in numbers])
         keys = [k for m in members for k in keys_of(m.name, kept.keys)]
-        wide = [widest(key) for key in keys]
+        wide = [widest(self.parameter(key)) for key in keys]
         found = kept.evidence.posterior([kept.keys.index(key) for key in keys], wide)
         return Sizes(tuple(keys), found.mean, found.covariance)
 
@@ -955,6 +982,6 @@ def _entries(layout: Layout, names: Sequence[str], sizes: Mapping[Key, float]) -
     for signature in layout.signatures:
         name, key = signature.effect, (signature.effect, signature.parameter)
         if name in names and key in sizes:
-            held = FITTED[name].parameter(signature.parameter).within(sizes[key])
+            held = parameter_of(layout.reference, key).within(sizes[key])
             found.setdefault(name, dict(signature.shapes))[signature.parameter] = held
     return found

@@ -15,7 +15,7 @@ from pitotbench.effects.effect import FROM, TO, Effect, SensorEffect
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.clean_track import clean_track
 from pitotbench.reconciliation.equations import equations_from, inner_products
-from pitotbench.reconciliation.evidence import merit
+from pitotbench.reconciliation.evidence import merit, widest
 from pitotbench.reconciliation.free_parameters import (
     VANE_PARAMETERS,
     free_parameters_of,
@@ -30,6 +30,7 @@ from pitotbench.reconciliation.signatures import (
     Signature,
     columns_of,
     happens_once,
+    parameter_of,
     reads_gusts,
     residual_change,
     searched_shapes,
@@ -193,7 +194,7 @@ def _renewed(
     reference: ReferenceState, old: Signature, size: float, shapes: Mapping[str, float]
 ) -> Signature:
     effect = FITTED[old.effect]
-    parameter = effect.parameter(old.parameter)
+    parameter = parameter_of(reference, (old.effect, old.parameter))
     least = SMALLEST * abs(parameter.typical)
     size = parameter.within(size)
     size = float(np.copysign(max(abs(size), least), size))
@@ -312,9 +313,10 @@ class Trials:
             np.ix_(order, order)
         ]
         fit = equations_from(products[None], first, free.deviations).fit(range(k))
-        ranges = {p.name: IMPOSSIBLE * max(-p.low, p.high) for p in effect.parameters}
-        sizes = zip(signatures, fit.sizes, strict=True)
-        return merit(fit) if all(abs(size) < ranges[s.parameter] for s, size in sizes) else -np.inf
+        reference = self._layout.reference
+        own = [parameter_of(reference, (effect.name, s.parameter)) for s in signatures]
+        ranges = [IMPOSSIBLE * max(-p.low, p.high) for p in own]
+        return merit(fit) if np.all(np.abs(fit.sizes) < ranges) else -np.inf
 
 
 IMPOSSIBLE = (
@@ -322,7 +324,6 @@ IMPOSSIBLE = (
 )
 TIME_SPACING = 10.0  # s between the times that are tried; the whitening looks back by 6 s
 MOST_TIMES = 30  # of them: pairs grow with the square
-WIDEST = 4.0  # typical sizes: the widest prior deviation of a size
 PROMISING = 3  # effects that become hypotheses
 # fall of the SS; the wander of null flights gives the best of all times up to 60
 LEAST_GAIN = 100.0
@@ -462,9 +463,7 @@ class _Scan:
             across[:, :, k] - across[:, :, :k] @ (inverse @ free_products[:k, k]),
         )
         self._with_whole, self._own, self._inverse = across[:, :, k + 1 :], own, inverse
-        self._widest = WIDEST * np.array(
-            [abs(FITTED[s.effect].parameter(s.parameter).typical) for s in layout.signatures]
-        )
+        self._widest = np.array([widest(each) for each in layout.parameters])
 
     def whole(self, columns: Sequence[int]) -> float:
         """The fall of the sum of squares by an effect over the whole flight."""

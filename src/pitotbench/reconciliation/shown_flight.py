@@ -140,11 +140,11 @@ def smallest_detectable(
     The columns `given` are those of the gaps, which are fitted together with each size.
     """
     sizes = []
-    for index, signature in enumerate(layout.signatures):
+    each = zip(layout.signatures, layout.parameters, strict=True)
+    for index, (signature, parameter) in enumerate(each):
         if index in given or signature.effect not in FITTED or FITTED[signature.effect].variant_of:
             continue
         deviation = float(equations.fit([index], given).deviations[0])
-        parameter = FITTED[signature.effect].parameter(signature.parameter)
         size = null.threshold_of(signature.effect) * deviation
         if 0.0 < size <= max(abs(parameter.low), abs(parameter.high)):
             sizes.append(Detectable(signature.effect, signature.parameter, size))
@@ -169,7 +169,8 @@ def notes_of(
     if PATH_SCALES[0] in layout.track:
         yield (
             "no vanes: the flow angles are those of the path through the mean wind; their scale is "
-            "free, so an equal change of all coefficients of one angle cannot be seen"
+            "free, so an equal change of all coefficients of one angle cannot be seen; mass and lift "
+            "slope trade without an angle of attack: either"
         )
     told_causes = {effect_of(name).cause for name in told}
     shown = {s.effect for s in layout.signatures} | told_causes

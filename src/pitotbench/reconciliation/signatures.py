@@ -10,7 +10,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS, FORMS
+from pitotbench.effects import EFFECTS, FORMS, effect_of
 from pitotbench.effects.effect import (
     FROM,
     NOWHERE,
@@ -63,9 +63,10 @@ class Signature:
     shapes: Mapping[str, float] = field(default_factory=dict)
 
 
-def typical_size(signature: Signature) -> float:
-    """Return the typical size of an effect's parameter, without its sign."""
-    return abs(float(FITTED[signature.effect].parameter(signature.parameter).typical))
+def parameter_of(reference: ReferenceState, key: Key) -> Parameter:
+    """Return the parameter of a size, for the airplane of the log."""
+    parameter, model = effect_of(key[0]).parameter(key[1]), reference.force_model
+    return parameter if model is None else parameter.of_airplane(model.aircraft.baseline)
 
 
 def times_of(signature: Signature) -> tuple[tuple[str, float], ...]:
@@ -95,7 +96,8 @@ def columns_of(signatures: Sequence[Signature]) -> Mapping[str, tuple[int, ...]]
 def _of_effect(reference: ReferenceState, effect: Effect) -> Iterator[Signature]:
     for parameter in effect.parameters:
         if not parameter.shape:
-            signature = signature_of(reference, effect, parameter.name, parameter.typical)
+            typical = parameter_of(reference, (effect.name, parameter.name)).typical
+            signature = signature_of(reference, effect, parameter.name, typical)
             if signature is not None:
                 yield signature
 

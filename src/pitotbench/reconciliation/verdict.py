@@ -142,7 +142,7 @@ def _impossible(fitted: Fitted) -> Iterable[str]:
     """The hypotheses that would need a size outside its range."""
     found = zip(fitted.told.keys, _estimates(fitted.told), strict=True)
     for (effect, parameter), size in found:
-        if not effect_of(effect).parameter(parameter).is_possible(size):
+        if not fitted.regression.parameter((effect, parameter)).is_possible(size):
             yield from (m.name for m in fitted.members if keys_of(m.name, [(effect, parameter)]))
 
 

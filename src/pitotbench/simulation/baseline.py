@@ -1,12 +1,13 @@
 """Read the baseline of an aircraft: center of gravity, aerodynamic functions, engines."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from pitotbench.effects.overlay import AeroFunction, Baseline, Engine, Point
+from pitotbench.effects.overlay import AeroFunction, Baseline, Dimension, Engine, Point
 from pitotbench.records import BadInputError
 from pitotbench.simulation.aircraft_files import parse_xml
-from pitotbench.units import FOOT
+from pitotbench.units import FOOT, POUND
 
 _INCHES = {"IN": 1.0, "FT": 12.0, "M": 12.0 / FOOT}
 
@@ -28,11 +29,37 @@ def read_baseline(folder: Path) -> Baseline:
                 _engine(folder, element) for element in root.findall("propulsion/engine")
             ),
             declared=_declared(folder),
+            dimensions=dict(_dimensions(root)),
         )
     except BadInputError:
         raise
     except ValueError as error:
         raise BadInputError(f"aircraft {folder.name}: {error}") from error
+
+
+_IN_FILE: Mapping[Dimension, str] = {
+    "empty mass": "mass_balance/emptywt",
+    "wing area": "metrics/wingarea",
+    "chord": "metrics/chord",
+}
+_UNITS = {
+    "LBS": POUND,
+    "KG": 1.0,
+    "FT": FOOT,
+    "M": 1.0,
+    "IN": FOOT / 12.0,
+    "FT2": FOOT**2,
+    "M2": 1.0,
+}
+
+
+def _dimensions(root: ET.Element) -> Iterator[tuple[Dimension, float]]:
+    """The dimensions of an airplane that its file tells, in SI units."""
+    for name, path in _IN_FILE.items():
+        element = root.find(path)
+        value = float(element.text or 0.0) if element is not None else 0.0
+        if element is not None and value > 0.0:
+            yield name, value * _UNITS[element.get("unit", "LBS" if name == "empty mass" else "FT")]
 
 
 def _functions(root: ET.Element) -> list[AeroFunction]:

@@ -26,7 +26,6 @@ from pitotbench.reconciliation.null_distribution import (
     NullDistribution,
     measures_over,
 )
-from pitotbench.reconciliation.signatures import FITTED
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
@@ -103,10 +102,10 @@ def _without_signatures(layout: Layout, noise: NoiseModel) -> Layout:
     """
     every = layout.signatures
     evidence = Information(whitened_equations(layout, noise, with_cells=False).inner)
-    ranges = [FITTED[s.effect].parameter(s.parameter) for s in every]
+    ranges = layout.parameters
     own = np.arange(len(every))
     while True:
-        wide = [widest((every[c].effect, every[c].parameter)) for c in own]
+        wide = [widest(ranges[c]) for c in own]
         sizes = evidence.posterior(own, wide).mean
         inside = [ranges[c].low <= s <= ranges[c].high for c, s in zip(own, sizes, strict=True)]
         if all(inside):

@@ -17,6 +17,7 @@ from pitotbench.reconciliation.layout import lay_out, mean_wind_of
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.regression import fit_gaps
 from pitotbench.reconciliation.track import FORCES, track_of
+from pitotbench.reconciliation.verdict import may_be_gusts
 from pitotbench.records.case import Case, DataSystem, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import record
@@ -119,3 +120,16 @@ def test_without_vanes_a_lighter_airplane_is_one_of_mass_and_lift_slope(start: F
     layout = lay_out(replace(start, header={}, **BARE), light, AnalysisSetting(), both)
     (gap, *_) = fit_gaps([layout], [theoretical_distribution(layout)]).gaps
     assert gap.causes["mass"] == gap.causes["lift_slope"] > 0.4
+
+
+def test_without_vanes_and_null_flights_gusts_may_make_a_moment(start: FlightLog) -> None:
+    """The controls answer a gust that nobody measured, as they would another moment."""
+    one, model = Catalog("effect", {"trim_offset": EFFECTS["trim_offset"]}), aircraft_model("c172x")
+    told = []
+    for log, flights in ((replace(start, **BARE), 0), (replace(start, **BARE), 8), (start, 0)):
+        layout = lay_out(replace(log, header={}), model, AnalysisSetting(), one)
+        moved = layout.without([layout.signatures[0].column], [-0.02])
+        fitted = fit_gaps([moved], [replace(theoretical_distribution(moved), flights=flights)])
+        gap = next(each for each in fitted.gaps if each.member.name == "trim_offset")
+        told.append(may_be_gusts(fitted, gap))
+    assert told == [True, False, False]

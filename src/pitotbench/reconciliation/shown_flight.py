@@ -15,8 +15,7 @@ from pitotbench.reconciliation.equations import (
     NormalEquations,
     with_form_error,
 )
-from pitotbench.reconciliation.flight_path import PATH_SCALES
-from pitotbench.reconciliation.layout import DAY, Layout
+from pitotbench.reconciliation.layout import DAY, Layout, is_without_vanes
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.null_learning import (
     turbulence_candidates,
@@ -166,12 +165,14 @@ def notes_of(
     flies = layout.reference.force_model is not None
     if not flies:
         yield "no aircraft model: sensors and air alone are judged, and no card is flown"
-    if PATH_SCALES[0] in layout.track:
+    if is_without_vanes(layout):
         yield (
             "no vanes: the flow angles are those of the path through the mean wind; their scale is "
             "free, so an equal change of all coefficients of one angle cannot be seen; mass and lift "
             "slope trade without an angle of attack: either"
         )
+        if null.flights == 0:
+            yield "gusts that no vane shows move the airplane as a moment does: none is named"
     told_causes = {effect_of(name).cause for name in told}
     shown = {s.effect for s in layout.signatures} | told_causes
     shown.update(GUSTS if null.gust_level is not None else ())

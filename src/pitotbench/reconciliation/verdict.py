@@ -15,7 +15,7 @@ from pitotbench.reconciliation.equations import (
     Fit,
 )
 from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
-from pitotbench.reconciliation.layout import Layout
+from pitotbench.reconciliation.layout import Layout, is_without_vanes
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.other_flights import (
     contradictions,
@@ -206,7 +206,8 @@ def _answer(
     certain = _certain(counted, (left if fitted.gaps else 0.0) if trusts else 1.0)
     gaps, probabilities = list[Gap](), dict[str, float]()
     for found in fitted.gaps:
-        own = left if trusts and not may_be_form(found, fitted.gaps) else 1.0
+        other = may_be_form(found, fitted.gaps) or may_be_gusts(fitted, found)
+        own = left if trusts and not other else 1.0
         gaps.append(_gap(fitted, main, found, own))
         _raise_to(probabilities, found, _worth(own))
     _raise_to(probabilities, fitted.left, THRESHOLDS.told_open * fitted.left.probability)
@@ -271,6 +272,16 @@ def may_be_form(found: FoundGap, gaps: Sequence[FoundGap]) -> bool:
         is_larger and effect.part == effects[0].part
         for is_larger, effect in zip(larger, effects[1:], strict=True)
     )
+
+
+def may_be_gusts(fitted: Fitted, found: FoundGap) -> bool:
+    """Return whether gusts may make a gap of a moment: no vane shows them, and no null flight tells how the
+    airplane and its controls answer them.
+    """
+    blocks, own = fitted.regression.blocks, keys_of(found.member.name, fitted.regression.keys)
+    channels = {block.channels.get(own[0], "") for block in blocks}
+    unseen = all(is_without_vanes(b.layout) and b.null.flights == 0 for b in blocks)
+    return unseen and any(channel.endswith("_acceleration") for channel in channels)
 
 
 def _gap(fitted: Fitted, main: ShownFlight, found: FoundGap, left: float) -> Gap:

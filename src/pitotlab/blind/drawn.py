@@ -304,6 +304,8 @@ KINDS = {
     "outside": 70,
     "counted": 20,
 }
+SMALL = {"above 7": 60, "two": 60, "none": 40, "outside": 40}
+SMALL_SETTINGS = "ABCEKMNO"  # of each maneuver and each data system, calm, light
 DEVELOPMENT_SEEDS, SCORED = (30_000, 40_000), 900_000
 SEVERAL = {2: 0.12, 3: 0.08}  # share of the cases of so many flights
 HELD_OUT = 60  # cases with a flight held out
@@ -314,6 +316,7 @@ def draw_set(
     kinds: Mapping[str, int],
     letters: Sequence[str],
     measured: Mapping[str, SettingSignatures],
+    held_out: int = HELD_OUT,
 ) -> tuple[list[HiddenCase], list[bool]]:
     """Return the cases of a set in random order, and whether each has a flight held out."""
     wanted = [kind for kind, number in kinds.items() for _ in range(number)]
@@ -324,7 +327,7 @@ def draw_set(
         settings = (first, *_further(draw, kind, first, letters))
         cases.append(hidden_case(draw, kind, settings, measured))
     strong = [i for i, c in enumerate(cases) if c.kind == "above 7" and len(c.settings) == 1]
-    chosen = set(draw.permutation(strong)[:HELD_OUT].tolist())
+    chosen = set(draw.permutation(strong)[:held_out].tolist())
     return cases, [i in chosen for i in range(len(cases))]
 
 
@@ -338,18 +341,22 @@ def _further(draw: Generator, kind: str, first: str, letters: Sequence[str]) -> 
     return [str(letter) for letter in draw.permutation(others)[: number - 1]]
 
 
-def generate(seed: int, jobs: int, folder: Path) -> str:
-    """Seal the truth, then write the logs; return the salted SHA-256.
+def generate(seed: int, jobs: int, folder: Path, small: bool = False) -> str:
+    """Seal the truth, then write the logs; return the salted SHA-256. A `small` set has strong causes
+    and outsiders alone, in half of the settings, and no flight held out.
 
     A set that is there already is drawn again and completed. Raises ValueError for a seed of
     neither range, and for another truth.
     """
     if not (DEVELOPMENT_SEEDS[0] <= seed < DEVELOPMENT_SEEDS[1] or seed >= SCORED):
-        known = f"seeds of development lie in {DEVELOPMENT_SEEDS}, scored ones begin at {SCORED}"
-        raise ValueError(known)
-    letters = [letter for letter in SETTINGS if (PLACE / f"{letter}.npz").is_file()]
+        ranges = f"seeds of development lie in {DEVELOPMENT_SEEDS}, scored ones begin at {SCORED}"
+        raise ValueError(ranges)
+    known = SMALL_SETTINGS if small else SETTINGS
+    letters = [letter for letter in known if (PLACE / f"{letter}.npz").is_file()]
     measured = {letter: read(letter) for letter in letters}
-    cases = seeded(seed, *draw_set(np.random.default_rng(seed), KINDS, letters, measured))
+    kinds, held_out = (SMALL, 0) if small else (KINDS, HELD_OUT)
+    drawn = draw_set(np.random.default_rng(seed), kinds, letters, measured, held_out)
+    cases = seeded(seed, *drawn)
     digest = seal(folder / "seal", seed, told_of(cases))
     print(f"sealed, SHA-256 {digest}", flush=True)
     for name, why in write_logs(folder, cases, SeededCase.flights, jobs).items():
@@ -361,5 +368,6 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Draw a set, seal its truth, and write its logs. First measure the `blind signatures`."""
     parser.add_argument("--seed", type=int, default=SCORED)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--small", action="store_true", help="200 cases in half of the settings")
     options = parser.parse_args(words)
-    generate(options.seed, options.jobs, OUT / "blind")
+    generate(options.seed, options.jobs, OUT / "blind", options.small)

@@ -55,7 +55,9 @@ def block_of(
     return SimpleNamespace(
         keys=tuple(along),
         channels={},
-        layout=SimpleNamespace(places=places),
+        layout=SimpleNamespace(
+            places=places, track={}, reference=SimpleNamespace(force_model=None)
+        ),
         null=SimpleNamespace(gap_bayes_factor=THRESHOLDS.gap_bayes_factor),
         equations=equations,
         beyond=beyond,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.reconciliation.test_regression import AXES, NOISE, block_of
 
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import EFFECTS, effect_of
 from pitotbench.estimation.information import Information
 from pitotbench.reconciliation.evidence import prior_of
 from pitotbench.reconciliation.regression import Fitted, Regression, fitted_by
@@ -84,7 +84,9 @@ def test_sets_have_the_evidence_of_the_integral_over_their_sizes() -> None:
     every = np.vstack([columns, residual])
     none = (), np.zeros(0)
     hypotheses = [
-        Hypothesis(key[0], key[0], (i,), prior_of(key[0], [key[1]]), -1.0, none)
+        Hypothesis(
+            key[0], key[0], (i,), prior_of([effect_of(key[0]).parameter(key[1])]), -1.0, none
+        )
         for i, key in enumerate((STIFFNESS, DAMPING))
     ]
     sets = weighed_sets(Information(every @ every.T), hypotheses, 2)

@@ -70,12 +70,7 @@ def test_the_scan_is_that_of_signatures_cut_at_the_times(layout, name, ends):
     whiten = noise.whitener(layout.grid, layout.residuals.slack)
     rows = [whiten(layout.free.columns), whiten(cut), whiten(layout.residuals.values)[:, :, None]]
     free, part, residual = (each.reshape(-1, each.shape[2]) for each in rows)
-    widest = change_points.WIDEST * np.array(
-        [
-            abs(change_points.FITTED[name].parameter(layout.signatures[c].parameter).typical)
-            for c in columns
-        ]
-    )
+    widest = np.array([4.0 * abs(layout.parameters[c].typical) for c in columns])
 
     def misfit(columns: np.ndarray, deviations: np.ndarray) -> float:
         """Least squares with the priors as further rows of data."""

@@ -105,7 +105,7 @@ def judge(
     notes = contradictions(flights)
     if fitted.gaps and fitted.gaps[0].member.name in refused:
         refused, notes = set(), []  # of the largest gap: an objection tells it
-    refused |= set(_impossible(fitted))
+    refused |= {*_impossible(fitted), *_left_by_lines(fitted)}
     if refused:  # what flights do not share, or what cannot be, is no gap of them all
         fitted = fitted_by(fitted.regression, refused)
         shown, flights = _all_flights(names, fitted)
@@ -144,6 +144,22 @@ def _impossible(fitted: Fitted) -> Iterable[str]:
     for (effect, parameter), size in found:
         if not fitted.regression.parameter((effect, parameter)).is_possible(size):
             yield from (m.name for m in fitted.members if keys_of(m.name, [(effect, parameter)]))
+
+
+def _left_by_lines(fitted: Fitted) -> Iterable[str]:
+    """The hypotheses whose gap is no more than what the form of a spectral line leaves in the channel
+    that they move: its amplitude may follow the airspeed or the height, and its waves are even.
+    """
+    for gap in fitted.gaps:
+        keys = keys_of(gap.member.name, fitted.regression.keys)
+        power = sum(
+            line.power
+            for block in fitted.regression.blocks
+            for line in block.layout.lines
+            if line.channel in {block.channels.get(key) for key in keys}
+        )
+        if gap.log_bayes_factor < 0.5 * THRESHOLDS.open_share**2 * power:
+            yield gap.member.name
 
 
 def _objections(

@@ -12,6 +12,7 @@ from pitotbench.records.case import EffectSpec
 from pitotbench.simulation.aircraft import SHIPPED, find_aircraft
 from pitotbench.simulation.aircraft_files import FILE, read_record
 from pitotbench.simulation.autopilot import attach
+from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.modified import install_variant
 from pitotbench.simulation.plant import Plant
 
@@ -127,3 +128,15 @@ def test_the_cache_spares_what_is_in_use(monkeypatch):
     find_aircraft("navajo+one")  # each use counts, not the first of a process alone
     find_aircraft("navajo+three")
     assert [folder.is_dir() for folder in folders] == [True, False]
+
+
+def test_a_dimension_in_a_unit_that_nobody_knows_is_not_told(tmp_path):
+    """A number without a unit is one of the simulator's own: pounds, square feet, feet."""
+    folder = tmp_path / "plain"
+    folder.mkdir()
+    (folder / "plain.xml").write_text(
+        "<fdm_config><metrics><wingarea> 100 </wingarea><chord unit='FURLONG'> 1 </chord></metrics>"
+        "<mass_balance><emptywt> 1000 </emptywt></mass_balance></fdm_config>"
+    )
+    told = read_baseline(folder).dimensions
+    assert told == pytest.approx({"wing area": 9.290304, "empty mass": 453.59237})

@@ -37,10 +37,11 @@ def read_baseline(folder: Path) -> Baseline:
         raise BadInputError(f"aircraft {folder.name}: {error}") from error
 
 
-_IN_FILE: Mapping[Dimension, str] = {
-    "empty mass": "mass_balance/emptywt",
-    "wing area": "metrics/wingarea",
-    "chord": "metrics/chord",
+# where the file of an aircraft tells a dimension, and the unit of a number without one
+_IN_FILE: Mapping[Dimension, tuple[str, str]] = {
+    "empty mass": ("mass_balance/emptywt", "LBS"),
+    "wing area": ("metrics/wingarea", "FT2"),
+    "chord": ("metrics/chord", "FT"),
 }
 _UNITS = {
     "LBS": POUND,
@@ -54,12 +55,12 @@ _UNITS = {
 
 
 def _dimensions(root: ET.Element) -> Iterator[tuple[Dimension, float]]:
-    """The dimensions of an airplane that its file tells, in SI units."""
-    for name, path in _IN_FILE.items():
-        element = root.find(path)
-        value = float(element.text or 0.0) if element is not None else 0.0
-        if element is not None and value > 0.0:
-            yield name, value * _UNITS[element.get("unit", "LBS" if name == "empty mass" else "FT")]
+    """The dimensions that the file of an airplane tells in a unit that is known, in SI units."""
+    for name, (path, usual) in _IN_FILE.items():
+        for element in root.findall(path)[:1]:
+            value = float(element.text or 0.0) * _UNITS.get(element.get("unit", usual), 0.0)
+            if value > 0.0:
+                yield name, value
 
 
 def _functions(root: ET.Element) -> list[AeroFunction]:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_banded, solve_toeplitz
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
-from pitotbench.scatter import robust_deviation as robust_deviation
 from pitotbench.units import Array, Seconds
 
 UNIFORM = 1.0 / float(np.sqrt(12.0))  # standard deviation of what is uniform over one

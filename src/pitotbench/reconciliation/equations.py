@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.estimation.information import Information, SizePosterior
-from pitotbench.estimation.noise import robust_deviation
 from pitotbench.normal_equations import ROUNDING
 from pitotbench.reconciliation.free_parameters import fit_free_parameters
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import ORDER, NoiseModel, learned
 from pitotbench.reconciliation.residuals import ATTITUDE_RATES
 from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.scatter import robust_deviation
 from pitotbench.units import Array
 
 Integers = NDArray[np.intp]

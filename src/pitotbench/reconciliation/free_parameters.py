@@ -12,12 +12,12 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.estimation.information import information_from
-from pitotbench.estimation.noise import robust_deviation
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.reconciliation.flight_path import PATH_SCALES, WIND
 from pitotbench.reconciliation.replay import RATES
 from pitotbench.reconciliation.residuals import ReferenceState
 from pitotbench.reconciliation.track import Track, mach_number
+from pitotbench.scatter import robust_deviation
 from pitotbench.units import Array, Booleans
 
 WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down

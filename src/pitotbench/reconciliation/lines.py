@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.estimation.information import Information
-from pitotbench.estimation.noise import robust_deviation
 from pitotbench.reconciliation.equations import noise_residuals, scaled_to, whitened_equations
 from pitotbench.reconciliation.evidence import widest
 from pitotbench.reconciliation.layout import Layout, Line
@@ -27,6 +26,7 @@ from pitotbench.reconciliation.null_distribution import (
     measures_over,
 )
 from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.scatter import robust_deviation
 from pitotbench.units import Array
 
 SMALLEST_POWER = 1e-12  # of a power whose logarithm is taken

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.special import ndtri
 
 from pitotbench.estimation.information import Information
-from pitotbench.estimation.noise import robust_deviation
 from pitotbench.reconciliation.equations import (
     noise_residuals,
     scaled_to,
@@ -39,6 +38,7 @@ from pitotbench.reconciliation.signatures import FITTED, columns_of, searched_sh
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Located
+from pitotbench.scatter import robust_deviation
 from pitotbench.units import Array
 
 # The level of the turbulence of a log against that of null flights. No mean shows it. It shows in

@@ -91,20 +91,20 @@ def log_of(
     return FlightLog(**draft.channels, header=header)
 
 
+_OF_REST = {each.name for each in fields(Rest)}
+
+
 def _rests(written: object, draft: Draft) -> list[dict[str, float]]:
     """Return what the gauge reads at rest: as a log of ours was written with it, else as shown.
 
     The rows that were read when it was written may have been negative, and are then dropped.
     """
-    names, most = (
-        {each.name for each in fields(Rest)},
-        float(np.max(draft.channels["impact_pressure"])),
-    )
+    most = float(np.max(draft.channels["impact_pressure"]))
     stated = [
         each
         for each in (written if isinstance(written, list) else [])
         if isinstance(each, dict)
-        and each.keys() == names
+        and each.keys() == _OF_REST
         and all(isinstance(value, float) and abs(value) < most for value in each.values())
     ]
     return stated or [asdict(each) for each in draft.rests]

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from pitotbench.effects.effect import (
-    NAVAJO,
     RANGE_OF_AIRSPEED,
     SIDESLIP,
     TURNING,
@@ -12,6 +11,7 @@ from pitotbench.effects.effect import (
     Build,
     Parameter,
     Sizes,
+    to_navajo,
 )
 from pitotbench.effects.overlay import (
     AxisFunction,
@@ -176,7 +176,7 @@ def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline)
     x, y, z = baseline.center_of_gravity
     # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass
     # stays, the moment changes. The file's inches are the unit of the arm.
-    arm = ARM * baseline.dimensions.get("chord", NAVAJO["chord"]) / NAVAJO["chord"]
+    arm = ARM * to_navajo(baseline, "chord")
     moved = product(*effect.paths(), 12.0 / (FOOT * arm), "inertia/weight-lbs")
     return Overlay(
         sizes=effect.properties(sizes),

@@ -108,6 +108,11 @@ NAVAJO: Mapping[Dimension, float] = {
 }
 
 
+def to_navajo(baseline: Baseline, dimension: Dimension) -> float:
+    """Return a dimension of an airplane over that of the navajo; 1 where its file does not tell it."""
+    return baseline.dimensions.get(dimension, NAVAJO[dimension]) / NAVAJO[dimension]
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """One number of an effect. Its name ends in its unit; a number without dimension has no unit.
@@ -133,12 +138,12 @@ class Parameter:
         """Return the parameter for another airplane: typical size and range in proportion to the
         dimension that they grow with; as it is where the airplane's file does not tell that.
         """
-        own = baseline.dimensions.get(self.grows_with) if self.grows_with else None
-        if self.grows_with is None or own is None:
+        if self.grows_with is None:
             return self
-        ratio = own / NAVAJO[self.grows_with]
-        typical, low, high = (ratio * each for each in (self.typical, self.low, self.high))
-        return replace(self, typical=typical, low=low, high=high)
+        ratio = to_navajo(baseline, self.grows_with)
+        return replace(
+            self, typical=ratio * self.typical, low=ratio * self.low, high=ratio * self.high
+        )
 
     def within(self, value: float) -> float:
         """Return a value, or the end of the plausible range that it is beyond."""

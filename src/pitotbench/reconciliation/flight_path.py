@@ -36,6 +36,11 @@ def true_airspeed_along(track: Track) -> MetersPerSecond:
     return mach * air.sound_speed(outside_temperature(track, mach))
 
 
+def is_without_vanes(track: Track) -> bool:
+    """Return whether the flow angles of a track are those of its path, for want of vanes."""
+    return WIND[0] in track
+
+
 def air_velocity(track: Track) -> tuple[Array, Array, Array]:
     """Return the velocity through the air toward north, east, down [m/s].
 
@@ -43,7 +48,7 @@ def air_velocity(track: Track) -> tuple[Array, Array, Array]:
     nose.
     """
     speed = true_airspeed_along(track)
-    if WIND[0] in track:
+    if is_without_vanes(track):
         alpha, beta = flow_angles(track)
     else:
         alpha = track["angle_of_attack"] if "angle_of_attack" in track else track["pitch"]

@@ -13,7 +13,6 @@ from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.reconciliation.cells import Cell, cells, is_examined
 from pitotbench.reconciliation.flight_path import (
     ATTITUDE,
-    PATH_SCALES,
     VELOCITY,
     air_velocity,
     with_path_flow,
@@ -189,11 +188,6 @@ def lay_out(
             break
         laid = again
     return laid
-
-
-def is_without_vanes(layout: Layout) -> bool:
-    """Return whether the flow angles of a log are those of its path, for want of vanes."""
-    return PATH_SCALES[0] in layout.track
 
 
 def vane_errors(layout: Layout) -> dict[str, float]:

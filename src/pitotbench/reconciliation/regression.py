@@ -28,10 +28,10 @@ from pitotbench.reconciliation.evidence import (
     weigh,
     widest,
 )
+from pitotbench.reconciliation.flight_path import is_without_vanes
 from pitotbench.reconciliation.formula import term_signatures
 from pitotbench.reconciliation.layout import (
     Layout,
-    is_without_vanes,
     shown_vane_errors,
     vane_errors,
     without_vane_errors,
@@ -322,7 +322,7 @@ class Regression:
         """Gaps in which two effects that no log without vanes separates are equally probable: the
         rest that the prediction leaves in each force would decide between them.
         """
-        if not all(is_without_vanes(block.layout) for block in self.blocks):
+        if not all(is_without_vanes(block.layout.track) for block in self.blocks):
             return list(gaps)
         shared = list[FoundGap]()
         for gap in gaps:

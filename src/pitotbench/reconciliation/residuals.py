@@ -23,6 +23,7 @@ from pitotbench.reconciliation.flight_path import (
     WIND,
     air_velocity,
     earth_acceleration,
+    is_without_vanes,
 )
 from pitotbench.reconciliation.replay import (
     RATES,
@@ -174,7 +175,7 @@ def channel_residuals(
     def predicted() -> Array:
         return grid.smooth_answer(answer(), model.rows) if model is not None else np.empty(0)
 
-    path = _PATH_READS if WIND[0] in track else ()
+    path = _PATH_READS if is_without_vanes(track) else ()
     columns: dict[str, Array] = {}
     part((*_TRIANGLE_READS, *path), FAMILIES["air data"][:3], lambda: _triangle(track, grid, frame))
     part(("static_pressure", "altitude"), ("pressure_height",), lambda: _height(track, grid))
@@ -241,10 +242,10 @@ def _triangle(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
     over = np.stack([grid.smooth(track[name], gps=True) for name in ground], axis=1)
     gap = np.zeros((len(grid), 3))
     gap[:, : len(ground)] = over - through[:, : len(ground)]
-    if WIND[0] in track:
+    if is_without_vanes(track):
         gap -= np.stack([grid.smooth(track[name]) for name in WIND], axis=1)
     parts = frame.turned(gap, down)
-    shown = 1 if WIND[0] in track else parts.shape[1]  # the path itself gives the direction
+    shown = 1 if is_without_vanes(track) else parts.shape[1]  # the path itself gives the direction
     return {
         f"airspeed_{name}": parts[:, i]
         for i, name in enumerate(("along", "across", "down")[:shown])

@@ -15,7 +15,8 @@ from pitotbench.reconciliation.equations import (
     NormalEquations,
     with_form_error,
 )
-from pitotbench.reconciliation.layout import DAY, Layout, is_without_vanes
+from pitotbench.reconciliation.flight_path import is_without_vanes
+from pitotbench.reconciliation.layout import DAY, Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.null_learning import (
     turbulence_candidates,
@@ -165,14 +166,14 @@ def notes_of(
     flies = layout.reference.force_model is not None
     if not flies:
         yield "no aircraft model: sensors and air alone are judged, and no card is flown"
-    if is_without_vanes(layout):
+    if is_without_vanes(layout.track):
         yield (
             "no vanes: the flow angles are those of the path through the mean wind; their scale is "
             "free, so an equal change of all coefficients of one angle cannot be seen; mass and lift "
             "slope trade without an angle of attack: either"
         )
         if null.flights == 0:
-            yield "gusts that no vane shows move the airplane as a moment does: none is named"
+            yield "no vane shows the gusts, and the controls answer them: no cause of a moment is named"
     told_causes = {effect_of(name).cause for name in told}
     shown = {s.effect for s in layout.signatures} | told_causes
     shown.update(GUSTS if null.gust_level is not None else ())

@@ -25,7 +25,7 @@ from pitotbench.effects.effect import (
 from pitotbench.effects.overlay import Overlay
 from pitotbench.effects.own_terms import term_named
 from pitotbench.effects.response import Signals
-from pitotbench.reconciliation.flight_path import VANES, WIND
+from pitotbench.reconciliation.flight_path import VANES, is_without_vanes
 from pitotbench.reconciliation.free_parameters import residuals_of_wind
 from pitotbench.reconciliation.replay import (
     added_forces,
@@ -111,7 +111,7 @@ def signature_of(
     None where this log cannot show it: a channel that it changes is missing, vanes that it takes
     are, or no residual changes.
     """
-    if effect.by_vanes and WIND[0] in reference.clean:  # the flow is that of the path
+    if effect.by_vanes and is_without_vanes(reference.clean):  # the flow is that of the path
         return None
     moved = residual_change(effect, reference, effect.complete({parameter: size}))
     if moved is None or not np.any(np.abs(moved) > 0.0):

@@ -15,7 +15,8 @@ from pitotbench.reconciliation.equations import (
     Fit,
 )
 from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
-from pitotbench.reconciliation.layout import Layout, is_without_vanes
+from pitotbench.reconciliation.flight_path import is_without_vanes
+from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.other_flights import (
     contradictions,
@@ -148,18 +149,23 @@ def _impossible(fitted: Fitted) -> Iterable[str]:
 
 def _left_by_lines(fitted: Fitted) -> Iterable[str]:
     """The hypotheses whose gap is no more than what the form of a spectral line leaves in the channel
-    that they move: its amplitude may follow the airspeed or the height, and its waves are even.
+    that they move.
+
+    The waves of a line have an even amplitude; that of the error may follow the airspeed or height.
     """
-    for gap in fitted.gaps:
-        keys = keys_of(gap.member.name, fitted.regression.keys)
-        power = sum(
-            line.power
-            for block in fitted.regression.blocks
-            for line in block.layout.lines
-            if line.channel in {block.channels.get(key) for key in keys}
-        )
+    lines = [line for block in fitted.regression.blocks for line in block.layout.lines]
+    for gap in fitted.gaps if lines else ():
+        channels = _channels_of(fitted, gap)
+        power = sum(line.power for line in lines if line.channel in channels)
         if gap.log_bayes_factor < 0.5 * THRESHOLDS.open_share**2 * power:
             yield gap.member.name
+
+
+def _channels_of(fitted: Fitted, gap: FoundGap) -> set[str]:
+    """The channels that the sizes of a gap move most, in any of the logs."""
+    keys = keys_of(gap.member.name, fitted.regression.keys)
+    every = (block.channels for block in fitted.regression.blocks)
+    return {channels[key] for channels in every for key in keys if key in channels}
 
 
 def _objections(
@@ -291,13 +297,12 @@ def may_be_form(found: FoundGap, gaps: Sequence[FoundGap]) -> bool:
 
 
 def may_be_gusts(fitted: Fitted, found: FoundGap) -> bool:
-    """Return whether gusts may make a gap of a moment: no vane shows them, and no null flight tells how the
-    airplane and its controls answer them.
+    """Return whether gusts may make a gap of a moment: no vane shows them, and no null flight tells
+    how the airplane and its controls answer them.
     """
-    blocks, own = fitted.regression.blocks, keys_of(found.member.name, fitted.regression.keys)
-    channels = {block.channels.get(own[0], "") for block in blocks}
-    unseen = all(is_without_vanes(b.layout) and b.null.flights == 0 for b in blocks)
-    return unseen and any(channel.endswith("_acceleration") for channel in channels)
+    blocks = fitted.regression.blocks
+    unseen = all(is_without_vanes(b.layout.track) and b.null.flights == 0 for b in blocks)
+    return unseen and any(c.endswith("_acceleration") for c in _channels_of(fitted, found))
 
 
 def _gap(fitted: Fitted, main: ShownFlight, found: FoundGap, left: float) -> Gap:

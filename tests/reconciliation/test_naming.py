@@ -16,12 +16,13 @@ from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import AircraftEffect
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.equations import noise_of_log
+from pitotbench.reconciliation.fitting import _at_single, fit_gaps
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import Measure, theoretical_distribution
 from pitotbench.reconciliation.other_flights import hold_out
 from pitotbench.reconciliation.patches import patch_of_effects
-from pitotbench.reconciliation.regression import FittedHypothesis, FoundGap, _at_single, fit_gaps
+from pitotbench.reconciliation.regression import FittedHypothesis, FoundGap
 from pitotbench.reconciliation.signatures import cause_of, residual_change, returns
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.verdict import _all_flights, _answer, judge, may_be_form

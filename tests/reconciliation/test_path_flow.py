@@ -11,11 +11,11 @@ from pitotbench.bench.inspection import inspect_log
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.models.aircraft_model import aircraft_model
+from pitotbench.reconciliation.fitting import fit_gaps
 from pitotbench.reconciliation.flight_path import WIND, flow_angles, with_path_flow
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out, mean_wind_of
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
-from pitotbench.reconciliation.regression import fit_gaps
 from pitotbench.reconciliation.track import FORCES, track_of
 from pitotbench.reconciliation.verdict import may_be_gusts
 from pitotbench.records.case import Case, DataSystem, Wind

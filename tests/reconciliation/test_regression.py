@@ -20,10 +20,11 @@ from pitotbench.reconciliation.equations import (
     whitened_equations,
 )
 from pitotbench.reconciliation.evidence import Prior, evidence_beyond_floor, weigh
+from pitotbench.reconciliation.fitting import fitted_by
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import ScoreScale
-from pitotbench.reconciliation.regression import FoundGap, Regression, fitted_by
+from pitotbench.reconciliation.regression import FoundGap, Regression
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 

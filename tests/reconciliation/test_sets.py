@@ -11,7 +11,8 @@ from tests.reconciliation.test_regression import AXES, NOISE, block_of
 from pitotbench.effects import EFFECTS, effect_of
 from pitotbench.estimation.information import Information
 from pitotbench.reconciliation.evidence import prior_of
-from pitotbench.reconciliation.regression import Fitted, Regression, fitted_by
+from pitotbench.reconciliation.fitting import Fitted, fitted_by
+from pitotbench.reconciliation.regression import Regression
 from pitotbench.reconciliation.sets import Hypothesis, weighed_sets
 from pitotbench.units import Array
 

@@ -26,9 +26,10 @@ from pitotbench.bench.workflow import (
 )
 from pitotbench.campaigns.fleet import progress as progress_bar
 from pitotbench.effects import effect_of
+from pitotbench.reconciliation.fitting import fitted_by
 from pitotbench.reconciliation.other_flights import for_channels
 from pitotbench.reconciliation.patches import beyond_range, is_settled, not_told, with_choice
-from pitotbench.reconciliation.regression import effect_and_size, fitted_by
+from pitotbench.reconciliation.regression import effect_and_size
 from pitotbench.reconciliation.shown_flight import largest_gap
 from pitotbench.reconciliation.verdict import Judged
 from pitotbench.records.gap import Closing

@@ -21,6 +21,7 @@ from pitotbench.logbook.same_flight import distinct, recorders
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.models.coefficients import measured_coefficients
 from pitotbench.models.maneuver_model import air_model
+from pitotbench.reconciliation.fitting import Fitted
 from pitotbench.reconciliation.formula import formula_term
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
@@ -42,7 +43,7 @@ from pitotbench.reconciliation.pictures import (
     traces,
     waterfall,
 )
-from pitotbench.reconciliation.regression import Fitted, effect_and_size, is_term
+from pitotbench.reconciliation.regression import effect_and_size, is_term
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.shown_flight import ShownFlight, largest_gap
 from pitotbench.reconciliation.verdict import Judged, agreeing_changes, judge

@@ -16,12 +16,12 @@ from pitotbench.reconciliation.equations import (
     scaled_to,
     with_form_error,
 )
+from pitotbench.reconciliation.fitting import Fitted
 from pitotbench.reconciliation.formula import signatures_at
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
 from pitotbench.reconciliation.regression import (
     Block,
-    Fitted,
     Regression,
     Sizes,
     block_of,

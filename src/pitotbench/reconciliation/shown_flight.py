@@ -15,6 +15,7 @@ from pitotbench.reconciliation.equations import (
     NormalEquations,
     with_form_error,
 )
+from pitotbench.reconciliation.fitting import Fitted
 from pitotbench.reconciliation.flight_path import is_without_vanes
 from pitotbench.reconciliation.layout import DAY, Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
@@ -22,11 +23,7 @@ from pitotbench.reconciliation.null_learning import (
     turbulence_candidates,
     wandering_channels,
 )
-from pitotbench.reconciliation.regression import (
-    Block,
-    Fitted,
-    FoundGap,
-)
+from pitotbench.reconciliation.regression import Block, FoundGap
 from pitotbench.reconciliation.signatures import FITTED, GUSTS, cause_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.verdict import (

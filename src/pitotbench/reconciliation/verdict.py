@@ -15,6 +15,7 @@ from pitotbench.reconciliation.equations import (
     Fit,
 )
 from pitotbench.reconciliation.evidence import estimates, merit, significance, significant
+from pitotbench.reconciliation.fitting import Fitted, fit_gaps, fitted_by, with_terms
 from pitotbench.reconciliation.flight_path import is_without_vanes
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
@@ -25,17 +26,7 @@ from pitotbench.reconciliation.other_flights import (
     holding,
 )
 from pitotbench.reconciliation.patches import flights_to_fly
-from pitotbench.reconciliation.regression import (
-    Fitted,
-    FoundGap,
-    Sizes,
-    effect_and_size,
-    fit_gaps,
-    fitted_by,
-    is_term,
-    keys_of,
-    with_terms,
-)
+from pitotbench.reconciliation.regression import FoundGap, Sizes, effect_and_size, is_term, keys_of
 from pitotbench.reconciliation.sets import FittedHypothesis
 from pitotbench.reconciliation.shown_flight import (
     ShownFlight,

@@ -17,12 +17,12 @@ from pitotbench.bench.workflow import NamedLog, formula_of, judge_logs
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.models.aircraft_model import aircraft_model
+from pitotbench.reconciliation.fitting import fit_gaps
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.other_flights import hold_out
 from pitotbench.reconciliation.pictures import clearest_channel, traces
-from pitotbench.reconciliation.regression import fit_gaps
 from pitotbench.reconciliation.renewal import at_sizes
 from pitotbench.reconciliation.verdict import judge
 from pitotbench.records.case import EffectSpec

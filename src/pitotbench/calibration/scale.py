@@ -22,9 +22,8 @@ class ScaleLimits:
     reported: float = 0.05  # from 1, beyond which it is reported: usual position errors are below
     own: float = 0.02  # 2σ of an airplane's own position error, relative to a true airspeed
     dense: float = 0.04  # by which true and indicated airspeed must differ to be distinguished
-    told: float = (
-        0.05  # odds from which a cause counts: it is named, a sensor's own factor is usable
-    )
+    # odds from which a cause counts: it is named, a sensor's own factor is usable
+    told: float = 0.05
 
 
 LIMITS = ScaleLimits()

@@ -319,9 +319,8 @@ class Trials:
         return merit(fit) if np.all(np.abs(fit.sizes) < ranges) else -np.inf
 
 
-IMPOSSIBLE = (
-    10.0  # times the range of a size: a size beyond its range is told, one beyond this is none
-)
+# times the range of a size: a size beyond its range is told, one beyond this is none
+IMPOSSIBLE = 10.0
 TIME_SPACING = 10.0  # s between the times that are tried; the whitening looks back by 6 s
 MOST_TIMES = 30  # of them: pairs grow with the square
 PROMISING = 3  # effects that become hypotheses

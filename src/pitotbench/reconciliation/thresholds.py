@@ -15,15 +15,13 @@ class Thresholds:
     """
 
     # Log checks: faults of the recording, which are counted and not fitted.
-    repeats_fewest: int = (
-        5  # rows; fewer rows that repeat all air data may be chance in a quiet log
-    )
-    repeats_beyond_chance: float = (
-        6.0  # σ; independent channels repeat together by chance at a known rate
-    )
-    repeats_regular: float = (
-        0.7  # share of runs of equal length; lost samples do not come at equal distances
-    )
+
+    # rows; fewer rows that repeat all air data may be chance in a quiet log
+    repeats_fewest: int = 5
+    # σ; independent channels repeat together by chance at a known rate
+    repeats_beyond_chance: float = 6.0
+    # share of runs of equal length; lost samples do not come at equal distances
+    repeats_regular: float = 0.7
     quantization_noise: float = 1.5  # noise deviations; a finer step vanishes in the noise
     quantization_smallest: float = 0.5  # Pa; a finer step is no fault, however quiet the sensor
     clock_odd_step: float = 0.2  # of the median time step; time stamps are rounded by less
@@ -32,63 +30,47 @@ class Thresholds:
 
     # Null flights: the scores that an effect has to exceed.
     null_flights_fewest: int = 4  # flights; the spread of fewer says nothing
-    false_alarms: float = (
-        0.01  # share of flights whose largest score exceeds the threshold by chance
-    )
+    # share of flights whose largest score exceeds the threshold by chance
+    false_alarms: float = 0.01
     noise_without_null_flights: float = 1.5  # times the noise that the log itself gives
-    gap_without_null_flights: float = (
-        30.0  # logarithm; it reached 27 on 16 flights without an effect in gusts
-    )
-    gap_of_short_log: float = (
-        45.0  # times the squared shortness; 47 pieces in gusts had 0.75 of it at most
-    )
-    gap_of_maneuvers: float = (
-        10.0  # logarithm; what the model leaves on parts left out is their floor
-    )
-    fluctuation_unknown: float = (
-        4.0  # σ of what gusts imitate of a signature: 1 to 10 on null flights
-    )
-    vanes_unknown: float = (
-        1000.0  # σ of what gusts imitate of a vane's effect: it does not count at all
-    )
-    instants_a_size: float = (
-        15.0  # of a log, for each fitted cell and each instant of the noise's memory
-    )
-    score_deviation_lowest: float = (
-        1.0  # σ; eight flights can show less spread than the noise itself has
-    )
+    # logarithm; it reached 27 on 16 flights without an effect in gusts
+    gap_without_null_flights: float = 30.0
+    # times the squared shortness; 47 pieces in gusts had 0.75 of it at most
+    gap_of_short_log: float = 45.0
+    # logarithm; what the model leaves on parts left out is their floor
+    gap_of_maneuvers: float = 10.0
+    # σ of what gusts imitate of a signature: 1 to 10 on null flights
+    fluctuation_unknown: float = 4.0
+    # σ of what gusts imitate of a vane's effect: it does not count at all
+    vanes_unknown: float = 1000.0
+    # of a log, for each fitted cell and each instant of the noise's memory
+    instants_a_size: float = 15.0
+    # σ; eight flights can show less spread than the noise itself has
+    score_deviation_lowest: float = 1.0
 
     # Explanations: single fits, and the sizes that are told.
-    free_size_penalty: float = (
-        6.0  # fall of the SS a further size must bring: ln n for some 400 free instants
-    )
+    # fall of the SS a further size must bring: ln n for some 400 free instants
+    free_size_penalty: float = 6.0
     size_error: float = 0.05  # 1σ of the method as a share of a size: lags come out 3 to 5 % long
-    undone_from: float = (
-        8.0  # σ from which an effect on the sensors bends the signatures of the others
-    )
+    # σ from which an effect on the sensors bends the signatures of the others
+    undone_from: float = 8.0
 
     # The regression: what a hypothesis costs, and when it is taken.
     prior_of_none: float = 0.5  # that no further gap is left; 0.3 to 0.7
     prior_of_unknown: float = 0.05  # that a gap has no cause in the table; 0.02 to 0.2
     prior_of_time: float = 0.2  # that a cause acts for a part of the flight only
     prior_of_rest: float = 0.15  # that something of unknown form is left beside a cause
-    size_scales: tuple[float, ...] = (
-        0.0625,
-        0.25,
-        1.0,
-        4.0,
-    )  # times typical: the scales of a size's prior, each a quarter of the next
+    # times typical: the scales of a size's prior, each a quarter of the next
+    size_scales: tuple[float, ...] = (0.0625, 0.25, 1.0, 4.0)
     rest_sizes: tuple[float, ...] = (4.0, 12.0, 36.0, 108.0, 324.0)  # σ of a smooth discrepancy
     rested: int = 8  # best hypotheses with a rest beside them, and with signatures at their sizes
     open_share: float = 0.25  # of a typical size: what the form of a typical cause leaves open
     search_penalty: float = 2.0  # logarithm of the trials that a searched shape has
-    table_error: float = (
-        0.04  # τ, error of a signature in an unknown direction, as a share; fitted, 0.02 to 0.08
-    )
+    # τ, error of a signature in an unknown direction, as a share; fitted, 0.02 to 0.08
+    table_error: float = 0.04
     gap_bayes_factor: float = 2.3  # ln 10: strong evidence (Jeffreys 1961)
-    held_out_least: float = (
-        0.5  # of a gain that parts left out have too: wrong names 0.1 to 0.5, right ones 1 to 1.3
-    )
+    # of a gain that parts left out have too: wrong names 0.1 to 0.5, right ones 1 to 1.3
+    held_out_least: float = 0.5
     likely: float = 0.5  # probability from which a gap has no cause in the table
     gaps_most: int = 8  # gaps of one answer, so that the search ends
     set_most: int = 3  # hypotheses of one moment or force in a set; a fourth has nothing to add to
@@ -107,79 +89,61 @@ class Thresholds:
     set_holds: float = 0.95  # of what the table explains of a gap, in the set that is told
 
     # What speaks against a name.
-    closure_lowest: float = (
-        0.85  # of a log, also one held out, below which an effect only looks like its cause
-    )
+
+    # of a log, also one held out, below which an effect only looks like its cause
+    closure_lowest: float = 0.85
     form_error: float = 0.08  # 1σ of the form of an effect in another log, as a share of it
-    left_by_chance: float = (
-        9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
-    )
-    contradicted_from: float = (
-        4.0  # σ between flights, or between parts of one; false in one set of 3,000
-    )
+    # times the mean that uncertain sizes leave: one size that is off by 3σ
+    left_by_chance: float = 9.0
+    # σ between flights, or between parts of one; false in one set of 3,000
+    contradicted_from: float = 4.0
     free_told_from: float = 3.0  # σ of its prior, from which an unknown of the log is told
 
     # The floor of null flights.
-    left_over_from: float = (
-        2.0  # root mean square of a score on eight null flights: by chance in one of 10,000
-    )
-    lasting_share: float = (
-        0.01  # of what null flights say of a size, below which a log does not tell it
-    )
-    left_over_most: int = (
-        12  # sizes that null flights may still seem to have, so that the search ends
-    )
-    null_size_margin: float = (
-        2.0  # sizes of vane effects on null flights of this card, for one of another day
-    )
-    wander_unknown: float = (
-        1.0  # surplus of squared scores without null flights: noise that the log itself gives
-    )
+
+    # root mean square of a score on eight null flights: by chance in one of 10,000
+    left_over_from: float = 2.0
+    # of what null flights say of a size, below which a log does not tell it
+    lasting_share: float = 0.01
+    # sizes that null flights may still seem to have, so that the search ends
+    left_over_most: int = 12
+    # sizes of vane effects on null flights of this card, for one of another day
+    null_size_margin: float = 2.0
+    # surplus of squared scores without null flights: noise that the log itself gives
+    wander_unknown: float = 1.0
 
     # What remains: a gap that no effect of the table explains.
-    remaining_wander: float = (
-        6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
-    )
-    wander_deviation_lowest: float = (
-        0.3  # of a logarithm: 0.1 to 0.5 from day to day, 14 null flights of two cards
-    )
-    wander_nearby: int = (
-        40  # instants, 20 s, with a noise of their own: a throttle's counts more at half power
-    )
-    wander_nearby_lowest: float = (
-        0.3  # of the noise of all: a channel that rests for a while has none of its own
-    )
+    # σ; one log in 200 by Student's t of eight flights, over some 20 channels
+    remaining_wander: float = 6.4
+    # of a logarithm: 0.1 to 0.5 from day to day, 14 null flights of two cards
+    wander_deviation_lowest: float = 0.3
+    # instants, 20 s, with a noise of their own: a throttle's counts more at half power
+    wander_nearby: int = 40
+    # of the noise of all: a channel that rests for a while has none of its own
+    wander_nearby_lowest: float = 0.3
     remaining_line: float = 6.4  # σ; the same count for the strongest spectral line of each channel
-    remaining_share: float = (
-        0.1  # of the explained SS, which an imperfect signature leaves in a channel
-    )
-    outweighing_share: float = (
-        0.5  # of the explained SS; an explanation of less than twice the rest names nothing
-    )
-    wander_spike: float = (
-        6.0  # times the noise nearby: an instant farther off counts as much, and no more
-    )
-    wander_share: float = (
-        0.5  # of the channel's surplus before; less is the form error of the named effect
-    )
+    # of the explained SS, which an imperfect signature leaves in a channel
+    remaining_share: float = 0.1
+    # of the explained SS; an explanation of less than twice the rest names nothing
+    outweighing_share: float = 0.5
+    # times the noise nearby: an instant farther off counts as much, and no more
+    wander_spike: float = 6.0
+    # of the channel's surplus before; less is the form error of the named effect
+    wander_share: float = 0.5
     line_periods: int = 3  # periods in the log; slower errors are drifts, which the cells show
-    line_deviation_lowest: float = (
-        0.22  # of a log power: the largest of 300 exponential numbers (Gumbel 1958)
-    )
-    calm_gusts: float = (
-        0.1  # m/s, deviation below which the air is calm and airspeed is judged by its wander
-    )
+    # of a log power: the largest of 300 exponential numbers (Gumbel 1958)
+    line_deviation_lowest: float = 0.22
+    # m/s, deviation below which the air is calm and airspeed is judged by its wander
+    calm_gusts: float = 0.1
     gust_level: float = 4.5  # σ of the turbulence level among eight null flights
-    gust_deviation_lowest: float = (
-        0.02  # of a logarithm; eight flights do not determine a spread below 2 %
-    )
+    # of a logarithm; eight flights do not determine a spread below 2 %
+    gust_deviation_lowest: float = 0.02
     noise_noted: float = 1.3  # times the noise of null flights, from which the verdict has a note
     noise_above_null: float = 4.0  # times the noise of null flights; more is a gap, not noise
 
     # Closure: how much of the gap counts as explainable.
-    gap_cell: float = (
-        16.0  # fall of the SS (4σ) from which a cell without physics is part of the gap
-    )
+    # fall of the SS (4σ) from which a cell without physics is part of the gap
+    gap_cell: float = 16.0
     gap_cells_most: int = 20  # such cells, so that the search ends
 
 

@@ -51,8 +51,9 @@ def flow_direction(angle_of_attack: Radians, sideslip: Radians) -> Array:
 def euler_rates(
     roll_rate: Array, pitch_rate: Array, yaw_rate: Array, roll: Radians, pitch: Radians
 ) -> tuple[Array, Array, Array]:
-    """Return the rates of roll, pitch and heading of body rates, (n,) each in the unit of these.
-    There are none at a pitch of 90°.
+    """Return the rates of roll, pitch and heading of body rates, (n,) each.
+
+    They are in the unit of the body rates. There are none at a pitch of 90°.
     """
     turning = pitch_rate * np.sin(roll) + yaw_rate * np.cos(roll)
     return (

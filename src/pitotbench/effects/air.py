@@ -43,8 +43,9 @@ ROUNDS = 4  # of solving for the temperature that has this virtual temperature; 
 
 
 def saturation_pressure(temperature: Kelvin) -> Pascal:
-    """Return the saturation pressure of water vapor [Pa] at a temperature [K], to 0.3 % from -35 to
-    35 °C.
+    """Return the saturation pressure of water vapor [Pa] at a temperature [K].
+
+    It is right to 0.3 % from -35 to 35 °C.
 
     Source: Bolton 1980, Monthly Weather Review 108, eq. 10.
     """
@@ -101,8 +102,9 @@ Vector = tuple[Array, Array, Array]
 
 
 def _blows(factors: Callable[..., tuple[Term, ...]]) -> Build:
-    """The build of a level wind: `factors` of a component are a function of the path of the other
-    sizes.
+    """The build of a level wind.
+
+    The `factors` of a component are a function of the path of the other sizes.
     """
 
     def build(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:

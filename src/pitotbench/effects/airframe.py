@@ -229,8 +229,9 @@ CENTER_OF_GRAVITY = AircraftEffect(
 
 
 def _lever(*levers: str) -> Build:
-    """The build of a lever that is held: of the first of them that the aircraft has, else of the
-    last.
+    """The build of a lever that is held.
+
+    It is the first of them that the aircraft has, else the last.
     """
 
     def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
@@ -297,8 +298,9 @@ LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metrics
 
 
 def coefficient_function(axis: str, value: Term) -> AxisFunction:
-    """The force or the moment of a coefficient: times dynamic pressure, wing area and reference
-    length.
+    """The force or the moment of a coefficient.
+
+    It is the coefficient times dynamic pressure, wing area and reference length.
     """
     lengths = [LENGTHS[axis]] if axis in LENGTHS else []
     return AxisFunction(axis, product("aero/qbar-psf", WING, *lengths, value))

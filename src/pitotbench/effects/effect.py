@@ -1,5 +1,6 @@
-"""The records of an effect, and the effects that a case names: with sizes, for a flight or for a
-part of it.
+"""The records of an effect, and the effects that a case names.
+
+A case gives the sizes of an effect, for a flight or for a part of it.
 """
 
 from collections import Counter
@@ -94,8 +95,9 @@ SensorFunction = Callable[[Signals, Sizes], Signals]
 
 
 def reads(channel: str, read: Callable[[Array, Sizes], Array]) -> SensorFunction:
-    """Return the function of a wrong reading of one channel: `read` turns true values, (n,), into
-    those read.
+    """Return the function of a wrong reading of one channel.
+
+    `read` turns true values, (n,), into those read.
     """
     return lambda signals, sizes: signals.with_channels(**{channel: read(signals[channel], sizes)})
 
@@ -135,8 +137,10 @@ class Parameter:
     grows_with: Dimension | None = None
 
     def of_airplane(self, baseline: Baseline) -> "Parameter":
-        """Return the parameter for another airplane: typical size and range in proportion to the
-        dimension that they grow with; as it is where the airplane's file does not tell that.
+        """Return the parameter for another airplane.
+
+        Its typical size and range are in proportion to the dimension that they grow with. It stays
+        as it is where the airplane's file does not tell that dimension.
         """
         if self.grows_with is None:
             return self
@@ -150,8 +154,9 @@ class Parameter:
         return min(max(value, self.low), self.high)
 
     def is_possible(self, size: Estimate) -> bool:
-        """Return whether a size lies within the plausible range, or beyond it by no more than its
-        2σ and half a typical size.
+        """Return whether a size lies within the plausible range.
+
+        It may lie beyond it by its 2σ and half a typical size.
         """
         slack = size.two_sigma + 0.5 * abs(self.typical)
         return self.low - slack <= size.value <= self.high + slack
@@ -210,8 +215,9 @@ class Effect:
         return next(p for p in self.parameters if p.name == name)
 
     def complete(self, sizes: Sizes) -> dict[str, float]:
-        """Return the sizes with every parameter in them: a missing shape is `typical`, a missing
-        size 0.
+        """Return the sizes with every parameter in them.
+
+        A missing shape is `typical`, a missing size 0.
         """
         default = {p.name: p.typical if p.shape else 0.0 for p in self.parameters}
         return {**default, **sizes}
@@ -252,8 +258,9 @@ class SensorEffect(Effect):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AircraftEffect(Effect):
-    """An effect in the airframe or the powerplant: an overlay that JSBSim loads with the unchanged
-    aircraft.
+    """An effect in the airframe or the powerplant.
+
+    It is an overlay that JSBSim loads with the unchanged aircraft.
 
     `build` takes the effect itself, its sizes and the aircraft.
     """
@@ -285,8 +292,9 @@ class AircraftEffect(Effect):
         return True
 
     def fitting(self, baseline: Baseline) -> tuple[Overlay, ...]:
-        """Return the overlay for each parameter alone at its typical size, where the aircraft has
-        the parts.
+        """Return the overlay for each parameter alone at its typical size.
+
+        There is none where the aircraft lacks the parts.
         """
         alone = (self.complete({p.name: p.typical}) for p in self.parameters if not p.shape)
         return tuple(self.overlay(sizes, baseline) for sizes in alone if self.fits(sizes, baseline))
@@ -353,8 +361,9 @@ def forms_in_time(effect: Effect) -> tuple[Effect, ...]:
 
 
 def share_of_size(effect: Effect, time: Seconds, sizes: Sizes) -> Array:
-    """Return the share of its sizes with which an effect acts, 0 to 1, (n,); `time` since the first
-    sample [s].
+    """Return the share of its sizes with which an effect acts, 0 to 1, (n,).
+
+    `time` is that since the first sample [s].
     """
     if not effect.part_of:
         return np.ones(len(time))
@@ -401,8 +410,9 @@ def _on_sensors(form: SensorEffect) -> SensorEffect:
 
 
 def _between(name: str, before: Array, after: Array, share: Array) -> Array:
-    """Values that change from `before` to `after` with a share; exactly one of them where the share
-    is 0 or 1.
+    """Values that change from `before` to `after` with a share.
+
+    They are exactly one of them where the share is 0 or 1.
     """
     change = after - before
     if name in ANGLES:
@@ -435,8 +445,9 @@ def _on_aircraft(form: AircraftEffect, effect: AircraftEffect) -> AircraftEffect
 
 
 def _scaled(text: str, form: Effect, effect: Effect, times: list[str]) -> str:
-    """Return an expression or a path with the properties of the effect renamed, and its sizes
-    scaled.
+    """Return an expression or a path for one of the effects.
+
+    The properties of the effect are renamed, and its sizes scaled.
     """
     own, new = (size(name, "") for name in (effect.name, form.name))
     share = quotient(difference(ELAPSED, size(form.name, FROM.name)), EDGE)
@@ -491,8 +502,9 @@ def choose(entries: Iterable[Named], effects: Catalog[Effect]) -> tuple[Choice, 
 
 
 def _in_time(effect: Effect, parameters: Mapping[str, float]) -> Effect:
-    """The form of an effect that has the times which are given; the effect itself where it has
-    none.
+    """The form of an effect that has the times which are given.
+
+    It is the effect itself where it has none.
     """
     times = {name for name in (FROM.name, TO.name) if name in parameters}
     known = {p.name for p in effect.parameters}

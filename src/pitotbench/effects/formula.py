@@ -240,8 +240,9 @@ FORCE_TERMS = ("constant", *STATES, *CONTROLS, *AROUND, *FORCE_PRODUCTS)
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """An aerodynamic axis: the symbol of its coefficient, a typical change, and its reference
-    length, if any.
+    """An aerodynamic axis.
+
+    It has the symbol of its coefficient, a typical change, and its reference length, if any.
     """
 
     quantity: str
@@ -312,8 +313,9 @@ FLOW_TERMS = (
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A quantity that a sensor reads: in words, its symbol, the unit of its error, the channels,
-    and the terms.
+    """A quantity that a sensor reads.
+
+    It has its name in words, its symbol, the unit of its error, the channels, and the terms.
 
     `typical` is an error, in this unit, that a report would mention.
     """
@@ -340,8 +342,9 @@ def _each(
 
 
 def _inertial(axes: Mapping[str, tuple[str, str]], unit: str, typical: float) -> dict[str, Reading]:
-    """The accelerometers or the gyros: names of their channels with the quantity in words and its
-    symbol.
+    """The accelerometers or the gyros.
+
+    They have the names of their channels, the quantity in words, and its symbol.
     """
     terms = (*LOADS, *TURNING, "sideslip", "alpha", *POWER, *ATTITUDE, "pressure", *PLACE)
     return {

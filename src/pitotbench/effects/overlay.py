@@ -62,8 +62,9 @@ def properties_in(expression: Expression) -> frozenset[str]:
 
 
 def evaluate(expression: Expression, properties: Mapping[str, Array | float]) -> Array:
-    """Return the values of an expression for values of its properties, numbers or arrays (n,) in
-    JSBSim's units.
+    """Return the values of an expression for values of its properties.
+
+    These are numbers or arrays (n,) in JSBSim's units.
 
     Raises KeyError for an operation that is not listed here, and for a property without values.
     """
@@ -93,8 +94,9 @@ class PropertySetting:
 
 @dataclass(frozen=True, slots=True)
 class AxisFunction:
-    """A force [lb] or moment [lb ft] added to an aerodynamic axis: LIFT, DRAG, SIDE, ROLL, PITCH or
-    YAW.
+    """A force [lb] or moment [lb ft] added to an aerodynamic axis.
+
+    The axis is LIFT, DRAG, SIDE, ROLL, PITCH or YAW.
     """
 
     axis: str
@@ -227,8 +229,9 @@ class AeroFunction:
 
     @property
     def variable(self) -> str:
-        """The variable of the motion or of the controls that the function stands for; empty for a
-        constant.
+        """The variable of the motion or of the controls that the function stands for.
+
+        It is empty for a constant.
 
         It is a body rate p, q or r, else a surface, else lift, alpha_rate, sideslip or alpha. A
         function of flaps, gear, engines or another control is a `setting`. A damping that fades

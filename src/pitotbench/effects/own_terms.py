@@ -1,5 +1,6 @@
-"""Terms of an aircraft's own file as effects: any aerodynamic function of it may be larger or
-smaller.
+"""Terms of an aircraft's own file as effects.
+
+Any aerodynamic function of the file may be larger or smaller.
 
 The table has the terms that every airplane has. A file may have others: side force by the roll
 rate, yaw moment by the ailerons. Each is an effect that goes by its name in the field and by its
@@ -74,8 +75,9 @@ SURFACES = ("elevator", "aileron", "rudder")
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A term that may change: its function, the axis on which it is reported, and its name in the
-    field's words.
+    """A term that may change.
+
+    It has its function, the axis on which it is reported, and its name in the field's words.
     """
 
     function: AeroFunction
@@ -84,8 +86,9 @@ class Term:
 
 
 def terms_of(baseline: Baseline) -> tuple[Term, ...]:
-    """Return the terms of an aircraft's file: functions with a table or a number, on an axis or
-    read by one.
+    """Return the terms of an aircraft's file.
+
+    They are functions with a table or a number, on an axis or read by one.
     """
     found: dict[AeroFunction, str] = {}
     for axis in AXIS_CHANNEL:

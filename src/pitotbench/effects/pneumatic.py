@@ -35,8 +35,9 @@ Response = Callable[[Signals, Array, Sizes], Array]
 
 
 def _in_pitot_line(respond: Response) -> SensorFunction:
-    """The function of a line that changes the total pressure; the transducer subtracts the static
-    one at once.
+    """The function of a line that changes the total pressure.
+
+    The transducer subtracts the static pressure at once.
     """
 
     def function(signals: Signals, sizes: Sizes) -> Signals:
@@ -159,8 +160,9 @@ HYSTERESIS_SOURCE = (
 
 
 def play(values: Array, width: float) -> Array:
-    """Apply the play operator to values, (n,): the output follows half a width [same unit] behind
-    the input.
+    """Apply the play operator to values, (n,).
+
+    The output follows half a width [same unit] behind the input.
 
     Where the input turns back, the output stays until the input has moved by a whole width.
     """
@@ -308,8 +310,9 @@ SLOWEST = 40.0 * KNOT  # below it the error stays: power over speed would grow w
 
 
 def power_index(signals: Signals) -> Array:
-    """Return manifold pressure times propeller speed over that at rated power [-], (n,), mean of
-    the engines.
+    """Return the power index [-], (n,), the mean of the engines.
+
+    It is manifold pressure times propeller speed over that at rated power.
     """
     each = [
         signals[f"manifold_pressure_{side}"] * signals[f"propeller_speed_{side}"]

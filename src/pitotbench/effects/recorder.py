@@ -36,8 +36,9 @@ RATES = ("roll_rate", "pitch_rate", "yaw_rate")
 def _late(
     names: tuple[str, ...], latency: Callable[[Signals, Sizes], Array | float]
 ) -> SensorFunction:
-    """The function of channels that are recorded late, those that a log has; `latency` [s] may
-    change in time.
+    """The function of channels that are recorded late.
+
+    It moves those that a log has. The `latency` [s] may change in time.
     """
     return lambda signals, sizes: signals.with_channels(
         **{

@@ -1,5 +1,6 @@
-"""Time series of the sensors, and how instruments respond to them: lags, delays, a static source's
-error.
+"""Time series of the sensors, and how instruments respond to them.
+
+They have lags, delays and the error of a static source.
 
 The input of a lag or a delay is taken as linear between samples, for which the response is exact; a
 hold would be half a sample late. Each stretch of the recording begins in its steady state.
@@ -19,8 +20,9 @@ from pitotbench.units import Array, Pascal, Seconds
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """Channels [SI, radians], (n,) each, over one time base [s] of nearly constant rate, which may
-    have gaps.
+    """Channels [SI, radians], (n,) each, over one time base [s].
+
+    The time base has a nearly constant rate, and may have gaps.
 
     Names are those of a `FlightLog` (`impact_pressure`, `velocity_north` …); any may be missing.
     Raises BadInputError where lengths differ or time does not increase.
@@ -140,8 +142,9 @@ def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: 
 
 
 def first_order_varying(signals: Signals, values: Array, lag: Array) -> Array:
-    """Return the values, (n,), behind a first-order lag that changes from sample to sample [s,
-    above 0], (n,).
+    """Return the values, (n,), behind a first-order lag.
+
+    The lag changes from sample to sample [s, above 0], (n,).
     """
     out = np.empty_like(values)
     for part in signals.stretches():

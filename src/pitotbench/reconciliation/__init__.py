@@ -1,5 +1,6 @@
-"""From a measured log to the effect that the model lacks: check, locate, name, close, patch,
-advise.
+"""From a measured log to the effect that the model lacks.
+
+The steps are: check, locate, name, close, patch, advise.
 """
 
 from pitotbench.reconciliation.fitting import fit_gaps as fit_gaps

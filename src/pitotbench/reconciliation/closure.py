@@ -18,8 +18,10 @@ def closure_of(
     covariance: Array | None = None,
     given: Sequence[int] = (),
 ) -> Closure:
-    """Return the closure by effects of given sizes, from the evidence of a log beyond the floor of
-    null flights; `columns` are those of the sizes, (k,), and `cells` those of the examined cells.
+    """Return the closure by effects of given sizes, from the evidence of a log beyond the floor.
+
+    The floor is that of null flights. `columns` are those of the sizes, (k,), and `cells` those of
+    the examined cells.
 
     What flights without an effect show as well is no gap that an effect could close. Beside an
     effect of 10σ it is up to a third of all that stands above the noise.

@@ -27,8 +27,9 @@ SMALLEST = 1e-300  # sum of squares of an empty column, so that it can be divide
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """The prior of the sizes of one effect: typical values, plausible ranges and least scales, (k,)
-    each.
+    """The prior of the sizes of one effect.
+
+    It has typical values, plausible ranges and least scales, (k,) each.
     """
 
     typical: Array
@@ -54,8 +55,10 @@ def widest(size: Parameter) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Weighed:
-    """An effect weighed: the logarithm of its evidence, its sizes, (k,), and the deviations of the
-    prior that suits them best, (k,).
+    """An effect weighed.
+
+    It has the logarithm of its evidence, its sizes, (k,), and the deviations of the prior that
+    suits them best, (k,).
     """
 
     log_evidence: float
@@ -114,8 +117,9 @@ def significance(fit: Fit) -> float:
 
 
 def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]:
-    """Return the fitted sizes by the names of their parameters; the bound includes the error of the
-    method.
+    """Return the fitted sizes by the names of their parameters.
+
+    The bound includes the error of the method.
     """
     fitted = zip(fit.columns, fit.sizes, fit.deviations, strict=True)
     return tuple(
@@ -127,8 +131,9 @@ def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]
 
 
 def significant(sizes: Sequence[Estimate]) -> tuple[Estimate, ...]:
-    """Return the sizes that are beyond their own bound of zero; the largest in its bound where none
-    is.
+    """Return the sizes that are beyond their own bound of zero.
+
+    Where none is, it is the largest in its bound.
     """
     beyond = tuple(size for size in sizes if abs(size.value) > size.two_sigma)
     return beyond or tuple(sorted(sizes, key=lambda size: -abs(size.value) / size.two_sigma)[:1])
@@ -141,8 +146,9 @@ def significant(sizes: Sequence[Estimate]) -> tuple[Estimate, ...]:
 def evidence_beyond_floor(
     layout: Layout, equations: NormalEquations, scores: ScoreScale, wander: Mapping[str, float]
 ) -> Information:
-    """Return the evidence of a log beyond the floor, for its signatures and then its examined
-    cells.
+    """Return the evidence of a log beyond the floor.
+
+    It is that of its signatures and then of its examined cells.
 
     Free parameters are eliminated, then what null flights show: the fluctuating part of each
     signature, the sizes of the vanes, the wander of each channel in its cells, and the sizes that
@@ -185,8 +191,9 @@ def evidence_beyond_floor(
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:
-    """Inner products with what cells and free parameters leave of some columns, before the
-    residual.
+    """Inner products with fluctuations of some columns before the residual.
+
+    They are what cells and free parameters leave of these columns.
 
     An elevator that answers a gust moves with the pitching of the gust, as one of another
     effectiveness would.
@@ -226,8 +233,9 @@ def _wander(
 def without_lasting(
     evidence: Information, columns: list[int], scores: Array, products: Array, instants: int
 ) -> Information:
-    """Return the evidence without the lasting scores of some columns, (k,), with their mean inner
-    products, (k, k), both an instant.
+    """Return the evidence without the lasting scores of some columns, (k,).
+
+    `products` are their mean inner products, (k, k). Both are those of an instant.
 
     What null flights show there acts on the residual as sizes would, so that cells and other
     effects see it as well. It is not taken off along an axis on which the log says far less of the
@@ -239,8 +247,9 @@ def without_lasting(
 
 
 def without_score(evidence: Information, column: int, score: float) -> Information:
-    """Return the evidence with the size of a column eliminated as far as flights without it seem to
-    have it.
+    """Return the evidence with the size of a column eliminated.
+
+    It is eliminated as far as flights without it seem to have it.
 
     `score` is the root mean square of its score there: what remains of a score is that many times
     smaller.

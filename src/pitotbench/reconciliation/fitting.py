@@ -57,9 +57,11 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """All gaps of some logs: the regression at the sizes that it finds, the gaps in the order of
-    what each explains, what is left, and the sizes of all, as the logs show them and as they are
-    `told`, freed of the factor that a log gives all terms of the pitching moment.
+    """All gaps of some logs.
+
+    It has the regression at the sizes that it finds, the gaps in the order of what each explains,
+    and what is left. It has the sizes of all as the logs show them, and as they are `told`: freed
+    of the factor that a log gives all terms of the pitching moment.
     """
 
     regression: Regression
@@ -75,8 +77,9 @@ class Fitted:
 
     @property
     def shows_more(self) -> bool:
-        """Whether the logs show a gap beside all that are explained: as a log without one does, in
-        a cell or an effect that stands out beside them.
+        """Whether the logs show a gap beside all that are explained.
+
+        They do as a log without one does, in a cell or an effect that stands out beside them.
         """
         return self.regression.shows(self.left) and any(
             stands_out_beside(
@@ -148,8 +151,9 @@ def with_terms(fitted: Fitted) -> Fitted:
 
 
 def _placed_beside(block: Block, fitted: Fitted) -> Layout:
-    """A layout with events, and with effects for a part of the flight, where they explain most
-    beside the gaps that were found.
+    """A layout with events, and with effects for a part of the flight.
+
+    They stand where they explain most beside the gaps that were found.
     """
     layout, fit, taken = block.layout, fitted.fit_of(block), {m.name for m in fitted.members}
     bare = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)
@@ -194,8 +198,10 @@ def _sizes_of(regression: Regression, gaps: Sequence[FoundGap], freed: bool) -> 
 
 
 def _with_vanes(original: Layout, block: Block, fitted: Fitted) -> Layout:
-    """A layout without the errors of the vanes that the log shows beside the gaps, as it is
-    linearized in the block; the same object where they stay, or where a gap is one of the vanes.
+    """A layout without the errors of the vanes that the log shows beside the gaps.
+
+    It is linearized in the block. It is the same object where the errors stay, or where a gap is
+    one of the vanes.
 
     A force is the product of a derivative and an angle. Each linearized for itself, a lift slope
     that is a quarter off and a vane whose scale is a tenth off leave an error of 2.5 % in the slope.

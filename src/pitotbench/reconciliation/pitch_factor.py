@@ -22,8 +22,10 @@ CONSTANT = "trim_offset|pitch_coefficient"
 
 
 def factor_deviation(labels: Sequence[str], flights: Iterable[Information]) -> float:
-    """Return the standard deviation of the factor over null flights, beyond what their noise gives
-    it. `labels` are those of the sizes of which each flight is the evidence.
+    """Return the standard deviation of the factor over null flights.
+
+    It is that beyond what their noise gives it. `labels` are those of the sizes of which each
+    flight is the evidence.
     """
     surplus = list[float]()
     for evidence in flights:
@@ -47,8 +49,9 @@ def around_sizes(
     pitching: Sequence[int],
     shown: Array,
 ) -> Information:
-    """Return the evidence of the sizes themselves, where a log alone shows sizes of all columns,
-    (m,), that hold the factor: those of the `pitching` columns.
+    """Return the evidence of the sizes themselves, where a log alone shows them with the factor.
+
+    `shown` are the sizes of all columns, (m,), those of the `pitching` columns times the factor.
 
     It is linearized in both, because the factor multiplies what is changed of a term as well.
     """
@@ -65,8 +68,10 @@ def around_sizes(
 
 
 def _sum_of_terms(labels: Sequence[str], evidence: Information, sizes: Array | float = 0) -> Array:
-    """The sum of the terms, changed by sizes of the columns, as a combination of these, (m + 1,),
-    with the constant that takes most of it, as the trim does; 0 where a term is missing.
+    """The sum of the terms as a combination of the columns, (m + 1,).
+
+    The columns are changed by `sizes`. The constant takes most of the sum, as the trim does. The
+    combination is 0 where a term is missing.
     """
     combination = np.zeros(len(evidence.inner))
     if {*TERMS, CONSTANT} <= {*labels}:

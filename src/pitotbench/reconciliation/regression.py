@@ -58,8 +58,10 @@ from pitotbench.units import Array
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A log as a block of the regression: laid out, its normal equations, and its evidence beyond
-    the floor for its signatures and then its examined cells.
+    """A log as a block of the regression.
+
+    It is laid out, with its normal equations, and its evidence beyond the floor for its signatures
+    and then its examined cells.
 
     `noise` is that of null flights at the level of the log. `pulled` is the evidence before the
     factor of the pitching terms is integrated out. `stands_out`: something does beside no gap.
@@ -93,8 +95,10 @@ class Block:
         return range(len(self.layout.signatures), len(self.beyond.inner) - 1)
 
     def around_sizes(self, columns: Sequence[int], deviations: Array) -> Information:
-        """Return the evidence of the sizes of some columns of which the log shows those times the
-        factor of the pitching terms. The deviations are those of their priors, (k,).
+        """Return the evidence of the sizes of some columns, freed of the factor.
+
+        The log shows them times the factor of the pitching terms. The deviations are those of their
+        priors, (k,).
         """
         shown = np.zeros(len(self.beyond.inner) - 1)
         np.add.at(shown, [*columns], self.beyond.posterior(columns, deviations).mean)
@@ -117,8 +121,9 @@ def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block
 def stands_out_beside(
     layout: Layout, equations: NormalEquations, null: NullDistribution, given: Sequence[int] = ()
 ) -> bool:
-    """Whether a cell or an effect scores more than any does on null flights, beside the sizes of
-    the columns `given`.
+    """Whether a cell or an effect scores more than any does on null flights.
+
+    It is scored beside the sizes of the columns `given`.
 
     A sum of many small scores is no gap that anyone sees. Null flights do not tell what an effect
     for a part of the flight scores. Without them the Bayes factor alone decides.
@@ -197,8 +202,9 @@ def is_term(name: str) -> bool:
 
 
 def effect_and_size(name: str) -> tuple[str, str]:
-    """Return the formula and the term of a hypothesis, or the effect and its size where it is one
-    of these alone.
+    """Return the formula and the term of a hypothesis.
+
+    They are the effect and its size where it is one of these alone.
     """
     formula, _, term = name.partition(SEPARATOR)
     return formula, term
@@ -266,8 +272,10 @@ class Regression:
 
     @cached_property
     def _discrepancies(self) -> list[Discrepancy]:
-        """The smooth discrepancies: of one channel, of a family of channels, and of all, in each
-        log. Who asks for sizes alone needs none.
+        """The smooth discrepancies of each log.
+
+        They are those of one channel, of a family of channels, and of all. Who asks for sizes alone
+        needs none.
         """
         power, found = np.diag(self.evidence.inner), list[Discrepancy]()
         for own, block in zip(self._of_block, self.blocks, strict=True):
@@ -303,8 +311,9 @@ class Regression:
         return self._with_shared_forms(_by_effect(gaps)), _by_effect([left])[0]
 
     def _with_shared_forms(self, gaps: Sequence[FoundGap]) -> list[FoundGap]:
-        """Gaps in which two effects that no log without vanes separates are equally probable: the
-        rest that the prediction leaves in each force would decide between them.
+        """Gaps in which two effects that no log without vanes separates are equally probable.
+
+        The rest that the prediction leaves in each force would decide between them.
         """
         if not all(is_without_vanes(block.layout.track) for block in self.blocks):
             return list(gaps)
@@ -331,8 +340,9 @@ class Regression:
         return gaps
 
     def _weighed_again(self, gaps: list[FoundGap], refused: set[str]) -> list[FoundGap]:
-        """Gaps each weighed again given the others, and left out where it is not needed. Those of a
-        set were weighed together.
+        """Gaps each weighed again given the others.
+
+        One that is not needed is left out. Those of a set were weighed together.
         """
         for gap in [gap for gap in gaps if not gap.of_set]:
             others = [each for each in gaps if each is not gap]
@@ -403,8 +413,9 @@ class Regression:
     def _is_better(
         self, rest: Sequence[FittedHypothesis], other: WeighedSet, held: WeighedSet
     ) -> bool:
-        """Whether a set is more probable than the one that is held. One of more members also has to
-        hold better in parts of the logs left out.
+        """Whether a set is more probable than the one that is held.
+
+        One of more members also has to hold better in parts of the logs left out.
         """
         more = max(0, len(other.names) - len(held.names))
         if other.log_weight <= held.log_weight + self.least_bayes_factor * more:
@@ -417,8 +428,9 @@ class Regression:
 
     @cached_property
     def _axes(self) -> dict[str, frozenset[str]]:
-        """The effects of the whole flight that act on each force and each moment, by the channel
-        that they move most.
+        """The effects of the whole flight that act on each force and each moment.
+
+        They are listed by the channel that they move most.
         """
         channels = {k: c for block in reversed(self.blocks) for k, c in block.channels.items()}
         found: dict[str, set[str]] = {}
@@ -443,8 +455,10 @@ class Regression:
 
     @property
     def least_bayes_factor(self) -> float:
-        """The logarithm of the Bayes factor from which the logs show a gap, infinite where none of
-        them stands out. A log that does not takes nothing from those that do.
+        """The logarithm of the Bayes factor from which the logs show a gap.
+
+        It is infinite where none of them stands out. A log that does not takes nothing from those
+        that do.
         """
         return max(
             (block.null.gap_bayes_factor for block in self.blocks if block.stands_out),
@@ -454,8 +468,9 @@ class Regression:
     def beside(
         self, members: Sequence[FittedHypothesis], refused: frozenset[str] | set[str] = frozenset()
     ) -> FoundGap:
-        """Return the gap that some logs would show beside the members of a fit, however improbable
-        it is.
+        """Return the gap that some logs would show beside the members of a fit.
+
+        It is returned however improbable it is.
         """
         columns = [c for member in members for c in member.columns]
         marginal = self.evidence.marginal(columns, _deviations(members))
@@ -484,9 +499,10 @@ class Regression:
     def _weighed(
         self, marginal: Marginal, names: Sequence[str]
     ) -> tuple[dict[str, float], dict[str, float], dict[str, FittedHypothesis]]:
-        """The logarithms of prior times evidence of some hypotheses, with an unmodeled discrepancy
-        together with the best of them, and of these alone by their places; and the hypotheses as
-        members of a fit.
+        """The logarithms of prior times evidence of some hypotheses.
+
+        They come with an unmodeled discrepancy together with the best of them, and of these alone
+        by their places; and with the hypotheses as members of a fit.
         """
         known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
         unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
@@ -506,8 +522,9 @@ class Regression:
     def _of_discrepancies(
         self, marginal: Marginal, members: Sequence[FittedHypothesis]
     ) -> list[dict[str, float]]:
-        """The logarithm of prior times evidence of the discrepancies of each place, with each of
-        some hypotheses in the fit as well.
+        """The logarithm of prior times evidence of the discrepancies of each place.
+
+        Each stands in the fit with each of some hypotheses as well.
         """
         found: list[dict[str, float]] = [{} for _ in members]
         hypotheses = [(member.columns, member.deviations) for member in members]
@@ -547,8 +564,9 @@ class Regression:
     def held_out(
         self, members: Sequence[FittedHypothesis], new: Sequence[FittedHypothesis]
     ) -> float:
-        """Return the fall of the sum of squares by some hypotheses beside others in parts of the
-        logs that the sizes are not fitted to, over that in the fit.
+        """Return how much of their gain some hypotheses keep in parts of the logs left out.
+
+        It is the fall of the sum of squares beside the others there, over that in the fit.
         """
         held, inside = self._gains(members, new)
         return held / max(inside, NEGLIGIBLE)
@@ -556,8 +574,9 @@ class Regression:
     def _gains(
         self, members: Sequence[FittedHypothesis], new: Sequence[FittedHypothesis]
     ) -> tuple[float, float]:
-        """The fall of the sum of squares by some hypotheses beside others, in parts left out and in
-        the fit.
+        """The falls of the sum of squares in parts left out and in the fit.
+
+        They are those by some hypotheses beside others.
         """
         held = inside = 0.0
         for block in self.blocks:
@@ -569,8 +588,10 @@ class Regression:
         return held, inside
 
     def shown_columns(self, block: Block, members: Sequence[FittedHypothesis]) -> list[int]:
-        """The columns of the sizes of some members in a block, without those that forms leave open;
-        all sizes of a hypothesis that has no columns yet.
+        """The columns of the sizes of some members in a block.
+
+        Those that forms leave open are left out. A hypothesis that has no columns yet has those of
+        all its sizes.
         """
         own = [
             key
@@ -581,8 +602,10 @@ class Regression:
         return [block.keys.index(key) for key in own]
 
     def sizes(self, members: Sequence[FittedHypothesis], freed: bool = False) -> "Sizes":
-        """Return the sizes of the members of a fit, all at once, and after them those that their
-        forms leave open; a size that is both is the sum.
+        """Return the sizes of the members of a fit.
+
+        After them stand those that their forms leave open. All are fitted at once. A size that is
+        both is the sum.
 
         They are as the logs show them, or `freed` of the factor that each log gives all terms of
         the pitching moment.
@@ -649,8 +672,9 @@ def _cause(name: str) -> str:
 
 
 def _by_effect(gaps: Sequence[FoundGap]) -> list[FoundGap]:
-    """Gaps by effects and terms: those of one effect's sizes become one, which goes by the one
-    with the most evidence.
+    """Gaps by effects and terms.
+
+    Those of one effect's sizes become one, which goes by the one with the most evidence.
     """
     found: dict[str, list[FoundGap]] = {}
     for gap in sorted(gaps, key=lambda gap: -gap.log_bayes_factor):
@@ -679,8 +703,10 @@ def _forms_of_sets(
     near: Sequence[WeighedSet],
     names: frozenset[str],
 ) -> dict[str, float]:
-    """The probability of each hypothesis in the place of one member of a set: what those of its
-    moment or force have together, shared by the sets that are nearly as probable as the best.
+    """The probability of each hypothesis in the place of one member of a set.
+
+    It is what those of its moment or force have together, shared by the sets that are nearly as
+    probable as the best.
     """
     found = {form: p for form, p in forms.items() if form not in names}
     whole = sum(p for form, p in forms.items() if form in names)
@@ -714,8 +740,9 @@ def _channel_group(channel: str) -> str:
 
 
 def _log_priors(names: Sequence[str]) -> dict[str, float]:
-    """The logarithm of the prior of each hypothesis, of effects and of terms each for itself: of
-    its part, then of its cause in the part, then of its form.
+    """The logarithm of the prior of each hypothesis, of effects and of terms each for itself.
+
+    It is that of its part, then of its cause in the part, then of its form.
 
     Most causes act for the whole flight. Of the forms that do, the plain one is as probable as all
     others. Each shape that is searched for has its price.

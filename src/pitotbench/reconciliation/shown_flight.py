@@ -1,5 +1,7 @@
-"""What one flight shows with all gaps in the model: what they close, where it still differs, how
-small an effect it would show, and what it cannot show.
+"""What one flight shows with all gaps in the model.
+
+It shows what they close, where it still differs, how small an effect it would show, and what it
+cannot show.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -37,8 +39,10 @@ from pitotbench.records.verdict import (
 
 @dataclass(frozen=True, slots=True)
 class ShownFlight:
-    """What one flight shows: the gaps as a fit of it and what they close, what was counted, other
-    gusts than those of the card, and the channels that wander or have a line.
+    """What one flight shows.
+
+    It has the gaps as a fit of the flight and what they close, what was counted, other gusts than
+    those of the card, and the channels that wander or have a line.
 
     `outweighs`: what wanders is larger than a share of what the gaps explain.
     """
@@ -101,9 +105,11 @@ def strongest(places: Sequence[Located]) -> list[Located]:
 
 
 def free_sizes(each: ShownFlight) -> Iterable[FreeSize]:
-    """The log's own unknowns that lie beyond a bound of their priors, and of what null flights
-    show. What these show adds to the bound of the size: a vane reads gusts whole, and on flights
-    without an error seems to have a wrong scale.
+    """The log's own unknowns that lie beyond a bound.
+
+    The bound is that of their priors and of what null flights show. What these show adds to the
+    bound of the size: a vane reads gusts whole, and on flights without an error seems to have a
+    wrong scale.
     """
     free, on_null = each.block.layout.free, each.block.null.scores.free
     sizes, deviations = each.block.equations.free_estimates(each.fit.columns)

@@ -1,5 +1,6 @@
-"""Turn every effect of the table into a hypothesis, with a signature: the change of the residuals
-by the effect.
+"""Turn every effect of the table into a hypothesis.
+
+Its signature is the change of the residuals by the effect.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -70,8 +71,9 @@ def parameter_of(reference: ReferenceState, key: Key) -> Parameter:
 
 
 def times_of(signature: Signature) -> tuple[tuple[str, float], ...]:
-    """Return the fitted begin and end of an effect for a part of the flight [s], by name; () for
-    any other.
+    """Return the fitted begin and end of an effect for a part of the flight [s].
+
+    They go by name. There are none for any other effect.
     """
     return tuple(
         (p.name, signature.shapes[p.name])
@@ -105,8 +107,9 @@ def _of_effect(reference: ReferenceState, effect: Effect) -> Iterator[Signature]
 def signature_of(
     reference: ReferenceState, effect: Effect, parameter: str, size: float
 ) -> Signature | None:
-    """Return the signature of one parameter at a size, with the other sizes zero and the shapes
-    typical.
+    """Return the signature of one parameter at a size.
+
+    The other sizes are zero and the shapes typical.
 
     None where this log cannot show it: a channel that it changes is missing, vanes that it takes
     are, or no residual changes.
@@ -182,8 +185,9 @@ def _air_change(
 def _aircraft_change(
     effect: AircraftEffect, reference: ReferenceState, sizes: Mapping[str, float]
 ) -> Array | None:
-    """The change by an effect on the aircraft: the reaction with it less that without, to the same
-    motion.
+    """The change by an effect on the aircraft.
+
+    It is the reaction with the effect less that without it, to the same motion.
     """
     model = reference.force_model
     if model is None:
@@ -209,8 +213,9 @@ def _aircraft_change(
 
 
 def _warmed(reference: ReferenceState, warmer: float) -> Array | None:
-    """The change by a warmer column of air from standard pressure at sea level up: H_p = h T₀/(T₀ +
-    ΔT).
+    """The change by a warmer column of air from standard pressure at sea level up.
+
+    The pressure height is H_p = h T₀/(T₀ + ΔT).
     """
     height, temperature = reference.channel("pressure_height"), reference.channel("temperature")
     if height is None or temperature is None:
@@ -229,8 +234,9 @@ def _warmed(reference: ReferenceState, warmer: float) -> Array | None:
 
 
 def _spares_engines(overlay: Overlay) -> bool:
-    """Whether an overlay adds only forces and moments of the air, so that thrust cancels in the
-    difference.
+    """Whether an overlay adds only forces and moments of the air.
+
+    Thrust then cancels in the difference.
     """
     elsewhere = [s for s in overlay.settings if not s.path.startswith(OF_THE_AIR)]
     return not (elsewhere or overlay.masses or overlay.forces or overlay.filters)
@@ -244,8 +250,9 @@ def moves_levers(overlay: Overlay) -> bool:
 
 
 def _throttle_split(overlay: Overlay) -> float | None:
-    """The left less the right offset of the throttle plates; None where an overlay does not set
-    them.
+    """The left less the right offset of the throttle plates.
+
+    It is None where an overlay does not set them.
 
     The log holds the positions of the plates, so that only their difference shows the offset.
     """
@@ -290,8 +297,9 @@ EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its ti
 
 
 def searched_shapes(effect: Effect) -> tuple[Parameter, ...]:
-    """Return the shapes of an effect that are searched for: times, and all shapes of another form
-    of a cause.
+    """Return the shapes of an effect that are searched for.
+
+    They are its times, and all shapes of another form of a cause.
 
     Of an effect for a part of the flight only its begin and end are searched for.
     """
@@ -310,8 +318,9 @@ def cause_of(name: str) -> str:
 
 
 def lasts(name: str) -> bool:
-    """Whether an effect acts over the whole flight, so that it is to be seen in another flight as
-    well.
+    """Whether an effect acts over the whole flight.
+
+    It is then to be seen in another flight as well.
     """
     return not FITTED[name].part_of
 
@@ -322,8 +331,9 @@ def happens_once(name: str) -> bool:
 
 
 def returns(name: str) -> bool:
-    """Whether an effect is to be seen in another flight of the airplane: it lasts, and is no event
-    at a time.
+    """Whether an effect is to be seen in another flight of the airplane.
+
+    It is if it lasts, and is no event at a time.
     """
     return lasts(name) and not any(p.shape and p.name in EVENTS for p in FITTED[name].parameters)
 

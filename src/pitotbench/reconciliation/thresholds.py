@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """All limits of a reconciliation. A plain number is in σ, a count or a share; any other unit is
-    stated.
+    """All limits of a reconciliation.
+
+    A plain number is in σ, a count or a share; any other unit is stated.
     """
 
     # Log checks: faults of the recording, which are counted and not fitted.

@@ -1,5 +1,6 @@
-"""From flights that are laid out to one answer: fit all gaps, examine what remains, and tell how
-sure it is.
+"""From flights that are laid out to one answer.
+
+All gaps are fitted, what remains is examined, and how sure the answer is is told.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -63,8 +64,9 @@ class Objection:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """The answer on one flight or several, the gaps that it follows from, and what each flight
-    says.
+    """The answer on one flight or several.
+
+    It comes with the gaps that it follows from, and with what each flight says.
     """
 
     verdict: Verdict
@@ -139,8 +141,9 @@ def _impossible(fitted: Fitted) -> Iterable[str]:
 
 
 def _left_by_lines(fitted: Fitted) -> Iterable[str]:
-    """The hypotheses whose gap is no more than what the form of a spectral line leaves in the channel
-    that they move.
+    """The hypotheses whose gap a spectral line may leave.
+
+    Their gap is no more than what the form of the line leaves in the channel that they move.
 
     The waves of a line have an even amplitude; that of the error may follow the airspeed or height.
     """
@@ -165,8 +168,9 @@ def _objections(
     flights: Sequence[JoinedFlight],
     holdout_closure: Closure | None,
 ) -> Iterable[Objection]:
-    """What speaks against the names: flights left out, contradictions, a held-out log, and too
-    little that is closed.
+    """What speaks against the names.
+
+    It is flights left out, contradictions, a held-out log, and too little that is closed.
 
     Where all terms of the model's file compete, a gap that stays is one of a further term, and
     withdraws no name.
@@ -263,8 +267,9 @@ def _answer(
 
 
 def _worth(left: float) -> float:
-    """What a share of a gap is worth as a probability, by what all gaps leave: right names leave
-    little, wrong ones seldom.
+    """What a share of a gap is worth as a probability.
+
+    It depends on what all gaps leave: right names leave little, wrong ones seldom do.
     """
     return THRESHOLDS.told_closed if left < THRESHOLDS.told_left else THRESHOLDS.told_open
 
@@ -276,8 +281,9 @@ def _raise_to(probabilities: dict[str, float], found: FoundGap, worth: float) ->
 
 
 def may_be_form(found: FoundGap, gaps: Sequence[FoundGap]) -> bool:
-    """Return whether a gap may be what the form of a larger one leaves: that of a sensor effect of
-    the same part, whose law is seldom that of the table.
+    """Return whether a gap may be what the form of a larger one leaves.
+
+    The larger one is a sensor effect of the same part, whose law is seldom that of the table.
     """
     effects = [effect_of(effect_and_size(each.member.name)[0]) for each in (found, *gaps)]
     larger = [each.log_bayes_factor > found.log_bayes_factor for each in gaps]
@@ -288,8 +294,10 @@ def may_be_form(found: FoundGap, gaps: Sequence[FoundGap]) -> bool:
 
 
 def may_be_gusts(fitted: Fitted, found: FoundGap) -> bool:
-    """Return whether gusts may make a gap of a moment: no vane shows them, and no null flight tells
-    how the airplane and its controls answer them.
+    """Return whether gusts may make a gap of a moment.
+
+    They may where no vane shows them, and no null flight tells how the airplane and its controls
+    answer them.
     """
     blocks = fitted.regression.blocks
     unseen = all(is_without_vanes(b.layout.track) and b.null.flights == 0 for b in blocks)
@@ -297,8 +305,10 @@ def may_be_gusts(fitted: Fitted, found: FoundGap) -> bool:
 
 
 def _gap(fitted: Fitted, main: ShownFlight, found: FoundGap, left: float) -> Gap:
-    """A gap as it is reported, where all gaps together leave the share `left` of what is
-    explainable. One that is not named has at least two causes: the smallest set that holds it.
+    """A gap as it is reported.
+
+    All gaps together leave the share `left` of what is explainable. One that is not named has at
+    least two causes: the smallest set that holds it.
     """
     closure = main.closure
     given = [m for m in fitted.members if m is not found.member]
@@ -378,8 +388,10 @@ LEAST_SHOWN = 0.2
 
 
 def agreeing_changes(fitted: Fitted) -> list[tuple[str, Estimate]]:
-    """Return the changes of those derivatives in which maneuvers show no gap, fitted together with
-    all gaps and one another: only those that the maneuvers show. Empty for any other log.
+    """Return the changes of those derivatives in which maneuvers show no gap.
+
+    They are fitted together with all gaps and one another. Only those are told that the maneuvers
+    show. It is empty for any other log.
     """
     regression = fitted.regression
     if not all(block.layout.setting.maneuvers for block in regression.blocks):
@@ -403,8 +415,9 @@ def agreeing_changes(fitted: Fitted) -> list[tuple[str, Estimate]]:
 
 
 def _certain(counted: Sequence[Candidate], left: float) -> list[Gap]:
-    """Gaps without a posterior: faults that were counted, and the level of the turbulence. Each has
-    the whole share of its gap; `left` is what all gaps leave.
+    """Gaps without a posterior: faults that were counted, and the level of the turbulence.
+
+    Each has the whole share of its gap; `left` is what all gaps leave.
     """
     found = {c.name: replace(c, probability=_worth(left)) for c in counted}
     return [

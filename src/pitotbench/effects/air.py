@@ -43,9 +43,9 @@ ROUNDS = 4  # of solving for the temperature that has this virtual temperature; 
 
 
 def saturation_pressure(temperature: Kelvin) -> Pascal:
-    """Return the saturation pressure of water vapor [Pa] at a temperature [K].
+    """Return the saturation pressure of water vapor [Pa] at a temperature [K], -35 to 35 °C.
 
-    It is right to 0.3 % from -35 to 35 °C.
+    The error is at most 0.3 %.
 
     Source: Bolton 1980, Monthly Weather Review 108, eq. 10.
     """

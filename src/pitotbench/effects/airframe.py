@@ -229,10 +229,7 @@ CENTER_OF_GRAVITY = AircraftEffect(
 
 
 def _lever(*levers: str) -> Build:
-    """The build of a lever that is held.
-
-    It is the first of them that the aircraft has, else the last.
-    """
+    """The build that holds the first of some levers that the aircraft has, else the last."""
 
     def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
         lever = next((each for each in levers if each in baseline.declared), levers[-1])
@@ -298,9 +295,9 @@ LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metrics
 
 
 def coefficient_function(axis: str, value: Term) -> AxisFunction:
-    """The force or the moment of a coefficient.
+    """The force or moment on an axis whose coefficient is `value`.
 
-    It is the coefficient times dynamic pressure, wing area and reference length.
+    The coefficient times dynamic pressure, wing area and, for a moment, reference length.
     """
     lengths = [LENGTHS[axis]] if axis in LENGTHS else []
     return AxisFunction(axis, product("aero/qbar-psf", WING, *lengths, value))

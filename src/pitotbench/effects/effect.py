@@ -137,10 +137,10 @@ class Parameter:
     grows_with: Dimension | None = None
 
     def of_airplane(self, baseline: Baseline) -> "Parameter":
-        """Return the parameter for another airplane.
+        """Return the parameter with typical size and range in proportion to another airplane.
 
-        Its typical size and range are in proportion to the dimension that they grow with. It stays
-        as it is where the airplane's file does not tell that dimension.
+        They grow with the dimension `grows_with`. The parameter is unchanged where the airplane's
+        file does not give that dimension.
         """
         if self.grows_with is None:
             return self
@@ -154,9 +154,9 @@ class Parameter:
         return min(max(value, self.low), self.high)
 
     def is_possible(self, size: Estimate) -> bool:
-        """Return whether a size lies within the plausible range.
+        """Return whether a size lies in the plausible range, with some slack.
 
-        It may lie beyond it by its 2σ and half a typical size.
+        The slack is the size's 2σ and half a typical size.
         """
         slack = size.two_sigma + 0.5 * abs(self.typical)
         return self.low - slack <= size.value <= self.high + slack
@@ -258,9 +258,7 @@ class SensorEffect(Effect):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AircraftEffect(Effect):
-    """An effect in the airframe or the powerplant.
-
-    It is an overlay that JSBSim loads with the unchanged aircraft.
+    """An effect in the airframe or the powerplant: an overlay on the unchanged aircraft in JSBSim.
 
     `build` takes the effect itself, its sizes and the aircraft.
     """
@@ -292,9 +290,9 @@ class AircraftEffect(Effect):
         return True
 
     def fitting(self, baseline: Baseline) -> tuple[Overlay, ...]:
-        """Return the overlay for each parameter alone at its typical size.
+        """Return one overlay for each parameter alone, at its typical size, that fits the aircraft.
 
-        There is none where the aircraft lacks the parts.
+        A parameter fits where the aircraft has the parts that it changes.
         """
         alone = (self.complete({p.name: p.typical}) for p in self.parameters if not p.shape)
         return tuple(self.overlay(sizes, baseline) for sizes in alone if self.fits(sizes, baseline))
@@ -410,10 +408,7 @@ def _on_sensors(form: SensorEffect) -> SensorEffect:
 
 
 def _between(name: str, before: Array, after: Array, share: Array) -> Array:
-    """Values that change from `before` to `after` with a share.
-
-    They are exactly one of them where the share is 0 or 1.
-    """
+    """Values between `before` and `after` by a share; exactly these where the share is 0 or 1."""
     change = after - before
     if name in ANGLES:
         change = np.mod(change + np.pi, FULL_TURN) - np.pi
@@ -502,10 +497,7 @@ def choose(entries: Iterable[Named], effects: Catalog[Effect]) -> tuple[Choice, 
 
 
 def _in_time(effect: Effect, parameters: Mapping[str, float]) -> Effect:
-    """The form of an effect that has the times which are given.
-
-    It is the effect itself where it has none.
-    """
+    """The form of an effect that has just the times given, else the effect itself."""
     times = {name for name in (FROM.name, TO.name) if name in parameters}
     known = {p.name for p in effect.parameters}
     return next(

@@ -240,9 +240,9 @@ FORCE_TERMS = ("constant", *STATES, *CONTROLS, *AROUND, *FORCE_PRODUCTS)
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """An aerodynamic axis.
+    """An aerodynamic axis: its coefficient, a typical change of it, and its reference length.
 
-    It has the symbol of its coefficient, a typical change, and its reference length, if any.
+    A force has no reference length.
     """
 
     quantity: str
@@ -313,11 +313,9 @@ FLOW_TERMS = (
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A quantity that a sensor reads.
+    """A quantity that a sensor reads, its channels, and the terms that its error may have.
 
-    It has its name in words, its symbol, the unit of its error, the channels, and the terms.
-
-    `typical` is an error, in this unit, that a report would mention.
+    `typical` is an error, in `unit`, that a report would mention.
     """
 
     quantity: str
@@ -342,9 +340,9 @@ def _each(
 
 
 def _inertial(axes: Mapping[str, tuple[str, str]], unit: str, typical: float) -> dict[str, Reading]:
-    """The accelerometers or the gyros.
+    """The readings of the accelerometers or the gyros, by the names of their effects.
 
-    They have the names of their channels, the quantity in words, and its symbol.
+    `axes` are the quantity in words and its symbol by channel.
     """
     terms = (*LOADS, *TURNING, "sideslip", "alpha", *POWER, *ATTITUDE, "pressure", *PLACE)
     return {

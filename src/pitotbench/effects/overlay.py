@@ -62,9 +62,9 @@ def properties_in(expression: Expression) -> frozenset[str]:
 
 
 def evaluate(expression: Expression, properties: Mapping[str, Array | float]) -> Array:
-    """Return the values of an expression for values of its properties.
+    """Return the values of an expression for values of its properties in JSBSim's units.
 
-    These are numbers or arrays (n,) in JSBSim's units.
+    These are numbers or arrays (n,).
 
     Raises KeyError for an operation that is not listed here, and for a property without values.
     """
@@ -140,9 +140,8 @@ class WindTerm:
 class Overlay:
     """Everything that effects add to an aircraft and its air. The sum of two overlays holds both.
 
-    In the sum of two overlays of one effect the sizes add up, and what reads them stands once.
-    Shapes would add up as well: an effect that has any is never put on an aircraft that has it
-    already.
+    Where both are of one effect, their sizes add up, and what reads them stands once. Shapes would
+    add up as well: an effect that has any is never put on an aircraft that has it already.
 
     `sizes` are new properties, path and value, that the expressions read. In a loaded aircraft they
     may be set at any time. A function of drag that reads the lift coefficient gets that of the step
@@ -229,13 +228,11 @@ class AeroFunction:
 
     @property
     def variable(self) -> str:
-        """The variable of the motion or of the controls that the function stands for.
+        """The variable of the motion or the controls that the function stands for, if any.
 
-        It is empty for a constant.
-
-        It is a body rate p, q or r, else a surface, else lift, alpha_rate, sideslip or alpha. A
-        function of flaps, gear, engines or another control is a `setting`. A damping that fades
-        with the angle of attack is one of the rate.
+        A body rate p, q or r, else a surface, else lift, alpha_rate, sideslip or alpha; "" for a
+        constant. A function of flaps, gear, engines or another control is a `setting`. A damping
+        that fades with the angle of attack is one of the rate.
         """
         factors, inputs = sorted(self.reads), sorted(self.reads | self.looks_up)
         for pattern, paths in ((_RATE, factors), (_SURFACE, inputs)):
@@ -293,10 +290,10 @@ class Baseline:
     dimensions: Mapping[Dimension, float] = field(default_factory=dict)
 
     def terms(self, axis: str, variable: str) -> tuple[AeroFunction, ...]:
-        """Return the aerodynamic terms of an axis in a variable.
+        """Return the aerodynamic functions of an axis in a variable.
 
-        They are functions of the axis. Where one of these only passes on a function outside the
-        axes, such as a lift coefficient that lift and drag read, the term is the function outside.
+        Where a function of the axis only passes on one outside the axes, such as a lift coefficient
+        that lift and drag read, the term is the function outside.
         """
         direct = tuple(f for f in self.functions if f.axis == axis and f.variable == variable)
         if direct:

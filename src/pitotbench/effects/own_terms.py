@@ -75,10 +75,7 @@ SURFACES = ("elevator", "aileron", "rudder")
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A term that may change.
-
-    It has its function, the axis on which it is reported, and its name in the field's words.
-    """
+    """A term that may change: its function, the axis of its report, and its name in the field."""
 
     function: AeroFunction
     axis: str
@@ -86,9 +83,10 @@ class Term:
 
 
 def terms_of(baseline: Baseline) -> tuple[Term, ...]:
-    """Return the terms of an aircraft's file.
+    """Return the terms of an aircraft's file: functions with numbers, on an axis or read by one.
 
-    They are functions with a table or a number, on an axis or read by one.
+    The numbers are a table or a constant. Terms of one name are told apart by the names of their
+    functions.
     """
     found: dict[AeroFunction, str] = {}
     for axis in AXIS_CHANNEL:

@@ -310,9 +310,9 @@ SLOWEST = 40.0 * KNOT  # below it the error stays: power over speed would grow w
 
 
 def power_index(signals: Signals) -> Array:
-    """Return the power index [-], (n,), the mean of the engines.
+    """Return manifold pressure times propeller speed over that at rated power [-], (n,).
 
-    It is manifold pressure times propeller speed over that at rated power.
+    The value is the mean of the engines.
     """
     each = [
         signals[f"manifold_pressure_{side}"] * signals[f"propeller_speed_{side}"]

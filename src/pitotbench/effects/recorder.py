@@ -36,9 +36,9 @@ RATES = ("roll_rate", "pitch_rate", "yaw_rate")
 def _late(
     names: tuple[str, ...], latency: Callable[[Signals, Sizes], Array | float]
 ) -> SensorFunction:
-    """The function of channels that are recorded late.
+    """The function of channels that are recorded late by a `latency` [s], which may change in time.
 
-    It moves those that a log has. The `latency` [s] may change in time.
+    Channels that the log lacks are passed over.
     """
     return lambda signals, sizes: signals.with_channels(
         **{

@@ -1,6 +1,4 @@
-"""Time series of the sensors, and how instruments respond to them.
-
-They have lags, delays and the error of a static source.
+"""Time series of the sensors, and how instruments respond: lags, delays, static source errors.
 
 The input of a lag or a delay is taken as linear between samples, for which the response is exact; a
 hold would be half a sample late. Each stretch of the recording begins in its steady state.

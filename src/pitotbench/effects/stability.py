@@ -1,6 +1,4 @@
-"""Effects of lift, stability and damping.
-
-Each makes an aerodynamic term of the aircraft's own file larger or smaller.
+"""Effects of lift, stability and damping: a larger or smaller term of the aircraft's own file.
 
 A term is every aerodynamic function of an axis in one variable of the motion: the lift in the angle
 of attack, the rolling moment in the sideslip. Its change is a share of the aircraft's own function,
@@ -57,9 +55,9 @@ def _zero_lift(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Over
 def relative_change(
     terms_of: Callable[[Baseline], Sequence[AeroFunction]], named: str, axis: str = ""
 ) -> Build:
-    """The build of a relative change of the functions `terms_of` an aircraft.
+    """The build of a relative change of the functions that `terms_of` finds in an aircraft.
 
-    It adds the constant that an effect may have, on `axis`. It raises BadInputError, with the words
+    The constant that an effect may have is added on `axis`. Raises BadInputError, with the words
     `named`, where there are no such functions.
     """
 

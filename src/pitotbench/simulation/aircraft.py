@@ -36,9 +36,7 @@ def find_aircraft(name: str, places: tuple[Path, ...] | None = None) -> Path:
 
 
 def original(name: str) -> Path:
-    """Return the folder or file of an aircraft as its author wrote it.
-
-    It is without the bench's autopilot.
+    """Return the folder or file of an aircraft as its author wrote it, without our autopilot.
 
     Parameters and errors are those of `find_aircraft`.
     """

@@ -1,7 +1,4 @@
-"""Read the folder of an aircraft.
-
-Its XML, the record of its autopilot, its JSBSim model, and JSBSim's own parts.
-"""
+"""Read an aircraft's folder (XML, autopilot's record, JSBSim model), and JSBSim's own parts."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -66,10 +63,9 @@ def write_record(folder: Path, attached: Attached) -> None:
 
 @cache
 def read_record(folder: Path) -> Attached | None:
-    """Return the record in an aircraft's folder.
+    """Return the record of the autopilot in an aircraft's folder, None for an autopilot of its own.
 
-    None where the aircraft has an autopilot of its own. Raises BadInputError for a file that holds
-    no such record.
+    Raises BadInputError for a file that holds no such record.
     """
     from pydantic import TypeAdapter  # slow to load
 
@@ -190,9 +186,6 @@ RUNNING = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
 
 
 def parse_catalog(lines: Iterable[str]) -> dict[str, str]:
-    """Return JSBSim's property catalog as a mapping from path to access.
-
-    Its lines read `path (RW)`.
-    """
+    """Return JSBSim's property catalog, lines `path (RW)`, as a mapping from path to access."""
     pairs = (line.rsplit(" (", 1) for line in lines)
     return {path.strip(): access.rstrip(") ") for path, access in pairs}

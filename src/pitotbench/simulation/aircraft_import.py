@@ -173,10 +173,7 @@ def _paths(element: ET.Element) -> Iterator[str]:
 
 
 def set_to_zero(folder: Path) -> tuple[str, ...]:
-    """Return the properties that an aircraft's files read and nothing creates.
-
-    They are set to 0 in its copy.
-    """
+    """Return the properties that an aircraft reads and nothing creates: 0 in its copy."""
     root = parse_xml(folder / f"{folder.name}.xml").getroot()
     return tuple(e.text or "" for e in root.iterfind(f"system[@name='{ZEROS}']/property"))
 
@@ -186,13 +183,11 @@ RATE_OF = re.compile("velocities/[pqr]|alphadot")
 
 
 def left_tables(root: ET.Element, alphas: Sequence[float]) -> list[str]:
-    """Return a sentence for each table of lift or drag that ends too early.
+    """Return a sentence for each table of lift or drag that level flight leaves by more than 1°.
 
-    It ends before the angles of attack [rad] of level flight do, by more than 1°.
-
-    JSBSim keeps the value of the last row there.
-
-    An end where the table is 0 or level counts as meant. Tables of damping are left out.
+    `alphas` are the angles of attack [rad] of level flight. JSBSim keeps the value of the last row
+    beyond the end of a table. An end where the table is 0 or level counts as meant. Tables of
+    damping are left out.
     """
     axes = [a for a in root.iterfind("aerodynamics/axis") if a.get("name") in ("LIFT", "DRAG")]
     read = {(each.text or "").strip() for axis in axes for each in axis.iter("property")}
@@ -231,9 +226,9 @@ def _rows_by_angle(table: ET.Element) -> Iterator[Array]:
 
 
 def aircraft_name(path: Path) -> str:
-    """Return the name of the aircraft at a path.
+    """Return the name of the aircraft at a path: the file's, less what a variant's may not hold.
 
-    It is that of the file, with `_` for what the name of a variant cannot hold.
+    Other characters become `_`.
     """
     name = re.sub(r"[^A-Za-z0-9.+-]+", "_", path.stem if path.suffix == ".xml" else path.name)
     return name.strip("_.")[:60] or "aircraft"
@@ -329,7 +324,7 @@ class _Import:
 def _require_no_command(name: str, root: ET.Element) -> None:
     """Raise BadInputError for a property by which an airplane would command the simulator.
 
-    Such a command is to write its state into files, to begin anew, to trim, to print.
+    Such as: write its state into files, begin anew, trim, print.
     """
     # Each word is checked: JSBSim takes a line of several, and what follows an element within.
     texts = (text for e in root.iter() for text in (e.text, e.tail, *e.attrib.values()) if text)
@@ -366,10 +361,7 @@ class _Builder(ET.TreeBuilder):
         self._depth = 0
 
     def doctype(self, *_: object) -> None:
-        """Refuse a document type.
-
-        It may declare entities, which read other files or grow without limit.
-        """
+        """Refuse a document type, whose entities may read other files or grow without limit."""
         if not self._trusted:  # JSBSim's own parts declare some
             raise BadInputError(f"{self._name}: a DOCTYPE is not allowed; delete it")
 

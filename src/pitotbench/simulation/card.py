@@ -22,8 +22,7 @@ def quantity(value: float | Sequence[float], suffix: str, **rules: Any) -> Any:
     """Declare a field of a card: the default is written in the unit of a suffix and stored in SI.
 
     Speeds, rates, heights and pressures are above zero, times not below it. Further `rules` may be
-    `positive`,
-    `decreasing`, `as_many_as` another field and, for a bank, `steep`.
+    `positive`, `decreasing`, `as_many_as` another field and, for a bank, `steep`.
     """
     default = (
         tuple(_si(v, suffix) for v in value) if isinstance(value, Sequence) else _si(value, suffix)
@@ -38,9 +37,7 @@ def count(value: float | tuple[float, ...], **rules: Any) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """The numbers that all maneuvers share.
-
-    Speeds [m/s, calibrated], turns, settling times, tolerances.
+    """The numbers that all maneuvers share: speeds [m/s, calibrated], turns, times, tolerances.
 
     A turn is flown at `turn_rate` [rad/s] or at `bank_limit` [rad], whichever needs less bank.
     After a turn the aircraft settles for `settle` [s]; where it is not yet within the tolerances,

@@ -47,9 +47,7 @@ PROBE = 0.1  # of a command: the step by which the gain from command to position
 
 
 def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool = True) -> Reaction:
-    """Return the forces and angular accelerations of an aircraft along a measured motion.
-
-    Its engine readings come with them.
+    """Return forces, angular accelerations and engine readings along a measured motion.
 
     Parameters: plant, freshly loaded, which cannot be used again; motion, the measured states;
     loaded_mass [kg], the mass of the loaded aircraft without any effect. Fuel is taken out of the
@@ -59,8 +57,8 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     of the motion: use only the difference of two such reactions, and only for effects that change
     aerodynamic forces.
 
-    At ten states a second, one state takes about 100 µs.
-    Raises SimulationError where JSBSim refuses a state or the engines do not start.
+    At ten states a second, one state takes about 100 µs. Raises SimulationError where JSBSim
+    refuses a state or the engines do not start.
     """
     rig = Rig.set_up(plant, motion, loaded_mass)
     rows = np.empty((len(motion.time), len(rig.reads)))
@@ -74,9 +72,9 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
 
 
 def visit_states(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -> Iterator[int]:
-    """Put the aircraft into each state with some calls, and yield its number.
+    """Put the aircraft into each state with some calls, and yield the state's number.
 
-    Between two states the engines run on.
+    Between two states the engines run on, unless `engines_run` is false.
     """
     count, plant = len(motion.time), rig.plant
     steps = np.maximum(1, np.round(np.diff(motion.time) / plant.time_step)).astype(int)
@@ -113,9 +111,7 @@ def _hold(plant: Plant, motion: Motion) -> None:
 
 
 def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
-    """Return the geometric height [m] and the speed of sound [m/s] at each state's pressure.
-
-    Both are (n,).
+    """Return geometric height [m] and speed of sound [m/s] at each state's pressure, (n,) each.
 
     They come from a table of the plant's atmosphere, which may be warmer than standard.
     """
@@ -135,10 +131,7 @@ def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
 
 
 def _initial_conditions(motion: Motion, heights: Array, sound: Array) -> Array:
-    """Return the states as JSBSim's initial conditions in still air, (n, 10).
-
-    They are in the order of `_IC`.
-    """
+    """Return the states as JSBSim's initial conditions in still air, (n, 10), ordered as `_IC`."""
     speed = motion.mach * sound / FOOT
     flow = flow_direction(motion.angle_of_attack, motion.sideslip)
     return np.stack(
@@ -172,10 +165,7 @@ _IC = (
 
 @dataclass(slots=True)
 class _Servo:
-    """Move one control to a measured position.
-
-    It is moved even where systems of the aircraft add to the command.
-    """
+    """A control that is moved to measured positions, even where systems add to its command."""
 
     write: Callable[[float], object]
     read: Callable[[], float]
@@ -328,10 +318,7 @@ class Rig:
             self.plant.advance(round(TENTH / self.plant.time_step))
 
     def row(self) -> Array:
-        """Return the present reaction, (12,).
-
-        It is in the order and the units of the fields of a Reaction.
-        """
+        """Return the present reaction, (12,), in the order and units of a Reaction's fields."""
         row = np.array([read() for read in self.reads]) * self.factors
         row[:3] /= self.mass[0]() * self.mass[1]
         return row

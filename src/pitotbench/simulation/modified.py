@@ -54,9 +54,7 @@ def install_variant(
     shelf: Path | None = None,
     anew: bool = False,
 ) -> Path:
-    """Write an aircraft with effects as a new aircraft, and return its folder.
-
-    It is called `<aircraft>+<variant>`.
+    """Write an aircraft with effects as `<aircraft>+<variant>`, and return its folder.
 
     The folder stands in `./aircraft` unless another `shelf` is given. Its `variant.toml` names the
     effects and their origin (`provenance`, any TOML table). Raises BadInputError for effects that
@@ -87,9 +85,8 @@ def install_variant(
 def patch_errors(aircraft: str) -> PatchErrors:
     """Return what the patches of an aircraft may be off by, as its `variant.toml` states it.
 
-    Of an aircraft without a patch it is nothing.
-
-    A patch that states no covariance has that of its bounds. What two patches change alike adds up.
+    Without a patch that is nothing. A patch that states no covariance has that of its bounds. What
+    two patches change alike adds up.
     """
     table = _origin(aircraft)
     if table is None:
@@ -126,10 +123,7 @@ def _origin(aircraft: str) -> dict[str, Any] | None:
 
 
 def patched_sizes(aircraft: str) -> dict[tuple[str, str], float]:
-    """Return the sizes that the patches of an aircraft have, by effect and parameter.
-
-    Those of two patches add up.
-    """
+    """Return the sizes that an aircraft's patches add up to, by effect and parameter."""
     table = _origin(aircraft)
     if table is None:
         return {}
@@ -140,9 +134,9 @@ def patched_sizes(aircraft: str) -> dict[tuple[str, str], float]:
 
 
 def unpatched(aircraft: str) -> str:
-    """Return the airplane before the patches that logs showed.
+    """Return the airplane before the patches that logs showed, itself where it has none.
 
-    These are the ones whose `variant.toml` states bounds. Any other airplane is itself.
+    These patches are the ones whose `variant.toml` states bounds.
     """
     table = _origin(aircraft)
     if table is None or "two_sigma" not in table.get("provenance", {}):
@@ -160,10 +154,7 @@ def _sum(first: Mapping[Any, float], second: Mapping[Any, float]) -> dict[Any, f
 
 
 def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
-    """Return as XML what effects add to the JSBSim file of an aircraft.
-
-    It is empty where none acts on the aircraft.
-    """
+    """Return the XML that effects add to the JSBSim file of an aircraft; empty where none does."""
     overlay = _overlay(
         aircraft, chosen([e for e in effects if effect_of(e.name).acts_on == "aircraft"])
     )
@@ -171,10 +162,7 @@ def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
 
 
 def require_free(aircraft: str, variant: str) -> None:
-    """Raise BadInputError where a variant cannot be written.
-
-    It would be of no aircraft, have forbidden characters, or a name that is taken.
-    """
+    """Raise BadInputError for a variant of no aircraft, of a forbidden name or of a taken one."""
     if aircraft == "none":
         raise BadInputError("--aircraft none has no aircraft to patch: name the aircraft")
     _require_name(variant)
@@ -217,9 +205,7 @@ class Loading:
 
 @cache
 def loaded_mass(aircraft: str) -> float:
-    """Return the mass of an aircraft on its weight sheet [kg].
-
-    It is with the load and the fuel of its file.
+    """Return the mass [kg] of an aircraft on its weight sheet, with its file's load and fuel.
 
     A patched mass is an error of the sheet: the sheet lacks it, as the mass column of a log does.
     """
@@ -236,10 +222,7 @@ def loaded_fuel(aircraft: str) -> float:
 
 
 def tanks(plant: Plant) -> tuple[str, ...]:
-    """Return the properties of the fuel in each tank of an aircraft [lb].
-
-    Of more than two tanks they are the first two.
-    """
+    """Return the properties of the fuel [lb] in an aircraft's tanks, at most the first two."""
     return tuple(tank for tank in TANKS if plant.serves(tank))
 
 
@@ -249,9 +232,7 @@ def mass_of(aircraft: str, loading: Loading) -> float:
 
 
 def loading_of(aircraft: str, mass: float) -> Loading:
-    """Return the loading that gives an aircraft a mass [kg].
-
-    It is fuel as far as the tanks allow, then ballast.
+    """Return the loading that gives an aircraft a mass [kg]: fuel in its tanks, then ballast.
 
     Raises BadInputError where the mass cannot be that of this aircraft.
     """
@@ -260,9 +241,7 @@ def loading_of(aircraft: str, mass: float) -> Loading:
 
 
 def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
-    """Return the ballast [kg] that lets fuel alone account for all masses of a log.
-
-    They go from `heaviest` to `lightest` [kg].
+    """Return the ballast [kg] with which fuel alone makes the `lightest` and `heaviest` mass [kg].
 
     It is negative where the aircraft is lighter than its file says with `LEAST_FUEL` in the tanks.
     Raises BadInputError where more than `MOST_BALLAST` would be needed.
@@ -279,10 +258,7 @@ def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
 
 
 def ballast_overlay(aircraft: str, ballast: float) -> Overlay:
-    """Return an overlay that puts ballast [kg] at the center of gravity of an aircraft.
-
-    It is empty for no ballast.
-    """
+    """Return an overlay with ballast [kg] at the aircraft's center of gravity; empty for none."""
     if not ballast:
         return Overlay()
     place = read_baseline(find_aircraft(aircraft)).center_of_gravity

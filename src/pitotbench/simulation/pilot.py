@@ -281,10 +281,9 @@ class Cockpit:
         self._pilot.command("throttle_mode", DIRECT)
 
     def power(self) -> float:
-        """Return the power setting: the manifold pressure [Pa], mean of both engines.
+        """Return the power setting: mean manifold pressure [Pa], or throttle lever [0 to 1].
 
-        It is the throttle lever, 0 to 1, where the autopilot was attached: a lever is what all
-        engines have.
+        The lever is that of an attached autopilot: all engines have one.
         """
         if self.plant.attached:
             return self.plant.get("ap/lever-norm")
@@ -314,20 +313,15 @@ class Cockpit:
         )
 
     def turn_bank(self) -> float:
-        """Return the bank [rad] of a level, coordinated turn at the card's rate.
+        """Return the bank [rad] of a level turn at the card's rate and the present true airspeed.
 
-        It is for the present true airspeed.
-
-        The bank limit of the card is the largest value.
+        The turn is coordinated. The bank limit of the card is the largest value.
         """
         bank = atan(self.true_airspeed * self.card.turn_rate / STANDARD_GRAVITY)
         return min(bank, self.card.bank_limit)
 
     def name(self, kind: str) -> str:
-        """Return the label of a segment: kind, target airspeed, heading.
-
-        For example `leg 160 kt 090°`.
-        """
+        """Return the label of a segment: kind, target airspeed, heading; `leg 160 kt 090°`."""
         return (
             f"{kind} {self.targets.airspeed / KNOT:.0f} kt {degrees(self.targets.heading):03.0f}°"
         )
@@ -370,9 +364,9 @@ def until(cockpit: Cockpit, reached: Callable[[], bool], limit: float, what: str
 
 
 def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
-    """Reach an airspeed [m/s] and heading [rad] in level flight.
+    """Reach an airspeed [m/s] and heading [rad] in level flight, unrecorded.
 
-    Not recorded: the paper's times exclude set-ups.
+    The paper's times exclude set-ups.
 
     Raises SimulationError where the aircraft does not get there.
     """
@@ -397,9 +391,9 @@ def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
 
 
 def settle(cockpit: Cockpit, label: str = "", quantities: tuple[str, ...] = ALL) -> Ticks:
-    """Let the aircraft settle for the card's time.
+    """Let the aircraft settle for the card's time, or up to twice that while out of tolerance.
 
-    It is up to twice that while quantities are out of tolerance.
+    The `quantities` are those whose tolerances count.
     """
     cockpit.begin(label or cockpit.name("settle"))
     yield from wait(cockpit.card.settle)
@@ -481,11 +475,9 @@ def accelerate(cockpit: Cockpit, airspeed: float) -> Ticks:
 
 
 def decelerate(cockpit: Cockpit, airspeed: float, label: str) -> Ticks:
-    """Slow down by throttle to near an airspeed [m/s], straight or in a turn.
+    """Slow down by throttle, at most at the card's rate, to near an airspeed [m/s].
 
-    It is done at most at the card's rate.
-
-    Raises SimulationError where the speed is not reached.
+    The flight is straight or in a turn. Raises SimulationError where the speed is not reached.
     """
     cockpit.hold_airspeed(airspeed)
     cockpit.begin(label)

@@ -58,12 +58,11 @@ SEVERITY = Catalog("turbulence", TURBULENCE_SEVERITY)
 
 @dataclass(frozen=True, slots=True)
 class Air:
-    """The air of a flight.
+    """The air of a flight: mean wind, temperature and turbulence.
 
     `north`, `east` and `down` are the mean wind [m/s], the direction in which the air moves.
-    `temperature_offset`
-    is the temperature above standard [K]. `severity` is the Milspec index of the turbulence (0
-    none, 1 light, 2 moderate) and `seed` starts its random numbers (1 to 2³¹−1).
+    `temperature_offset` is the temperature above standard [K]. `severity` is the Milspec index of
+    the turbulence (0 none, 1 light, 2 moderate) and `seed` starts its random numbers (1 to 2³¹−1).
     """
 
     north: float = 0.0
@@ -163,9 +162,7 @@ class Plant:
         overlay: Overlay | None = None,
         at_once: bool = False,
     ) -> "Plant":
-        """Load an aircraft of the hangar, to be run at a rate [Hz].
-
-        It has the overlay of its effects.
+        """Load an aircraft of the hangar, with the overlay of its effects, to run at a rate [Hz].
 
         With `at_once` its actuators have no lag: for a force meter, which puts the surfaces where a
         log has them.
@@ -198,10 +195,7 @@ class Plant:
             return cls(fdm, aircraft, transcript, read_record(folder), branch)
 
     def getter(self, name: str) -> tuple[Callable[[], float], float]:
-        """Return the read function of a property and its SI factor.
-
-        They are for loops that read at every step.
-        """
+        """Return a property's read function and its SI factor, for loops that read every step."""
         if name not in self._getters:
             line = self._line(name)
             self._getters[name] = (self._tree.get_node(line.path).get_double_value, line.factor)
@@ -230,10 +224,7 @@ class Plant:
             raise SimulationError(f"JSBSim did not take {name} = {value}.{self._transcript.said()}")
 
     def writer(self, name: str) -> Callable[[float], bool]:
-        """Return the write function of a property, in JSBSim's unit.
-
-        It is for loops that write at every step.
-        """
+        """Return a property's write function, in JSBSim's unit, for loops that write every step."""
         write: Callable[[float], bool] = self._tree.get_node(self._line(name).path).set_double_value
         return write
 
@@ -304,10 +295,7 @@ class Plant:
             )
 
     def failure(self, what: str) -> SimulationError:
-        """Return an error that says what happened, where, and what JSBSim reported.
-
-        Where is at which time, speed and height.
-        """
+        """Return an error with what happened, when, where, how fast, and what JSBSim reported."""
         state = (
             f"{self.get('time'):.1f} s, {self.get('calibrated_airspeed') / KNOT:.1f} KCAS, "
             f"{self.get('altitude') / FOOT:.0f} ft, roll {degrees(self.get('roll')):.1f}°, "
@@ -387,10 +375,7 @@ class Plant:
             self.set(path, size)
 
     def _start_in_trim(self, altitude: float, airspeed: float, heading: float, air: Air) -> None:
-        """Hold an aircraft with an attached autopilot in level flight.
-
-        Its engines are at the power of that.
-        """
+        """Hold an aircraft with an attached autopilot in level flight, at the power for it."""
         self.start_frozen(altitude, airspeed, heading, air)
         self.set("throttle_command", self.get("ap/model/lever-level"))
         self.run(TRIM_SPOOL_TIME)
@@ -475,9 +460,10 @@ class Plant:
         raise self.failure("the engines do not start")
 
     def _settle(self, altitude: float, airspeed: float, heading: float, limit: float) -> None:
-        """Fly on until level flight is held.
+        """Fly on until level flight is held, or `limit` [s] is over.
 
-        It is checked every few seconds once the first transient is over.
+        After the first transient it is checked every few seconds. Raises SimulationError at the
+        limit.
         """
         self.run(min(SETTLE_FIRST, limit))
         while True:

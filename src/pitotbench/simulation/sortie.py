@@ -45,14 +45,11 @@ def lines_of(names: Collection[str] | None) -> tuple[Property, ...]:
 
 
 class Recorder:
-    """Run a plant and keep channels of the table at every step.
+    """A recorder of channels at every step of a plant, by default of all that it serves.
 
-    By default they are all that its aircraft serves.
-
-    Each step is one packed row, converted to SI block by block.
-
-    Rows are packed into one buffer that is used again and again. This costs a quarter of the time
-    of a bare step of JSBSim; assigning each row to an array costs a third.
+    Each step is one packed row, converted to SI block by block. Rows are packed into one buffer
+    that is used again and again. This costs a quarter of the time of a bare step of JSBSim;
+    assigning each row to an array costs a third.
     """
 
     def __init__(self, plant: Plant, channels: Sequence[Property] = ()) -> None:
@@ -121,9 +118,7 @@ SPREAD = 1.8  # largest ratio of the two speeds: more takes a jet minutes, and t
 
 
 def card_of(case: Case) -> Card:
-    """Return the card of a case.
-
-    It is that of its maneuver, scaled to the speeds of its aircraft, with its overrides.
+    """Return the card of a case: its maneuver's, scaled to its aircraft's speeds, and overridden.
 
     Raises UnknownNameError for an unknown maneuver, aircraft or entry, BadInputError for a value of
     wrong shape.
@@ -149,12 +144,10 @@ def scaled_card(aircraft: str, maneuver: str) -> Card:
 
 
 def scaled_case(case: Case) -> Case:
-    """Return a case whose true pressure error is scaled to its aircraft's card.
+    """Return a case with its true pressure error scaled to the speeds of its aircraft's card.
 
-    It is scaled as the default is to 100 KCAS.
-
-    The reference pressure becomes the impact pressure at the slowest speed of the cards. A case of
-    the bench's own aircraft is returned as it is.
+    The reference pressure becomes the impact pressure at the slowest speed of the cards; that of
+    the default is at 100 KCAS. A case of the bench's own aircraft is returned as it is.
     """
     record = read_record(find_aircraft(case.aircraft))
     if record is None:

@@ -1,8 +1,8 @@
 """Measure the forces of terms, and what a unit of force or moment along each axis changes.
 
-Aerodynamic forces add. The change by any function of force is therefore the sum over the
-axes of its value times this unit change, so that one pass over the states serves all effects that
-add such functions.
+Aerodynamic forces add. The change by any function of force is therefore the sum over the axes of
+its value times this unit change, so that one pass over the states serves all effects that add such
+functions.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -40,10 +40,7 @@ def _path(axis: str) -> str:
 
 
 def unit_overlay(axes: Sequence[str] = AXES) -> Overlay:
-    """Return the overlay that a plant needs for this measurement.
-
-    It is a force of any size along each axis.
-    """
+    """Return the overlay that this measurement needs: a force of any size along each axis."""
     return Overlay(
         sizes=tuple((_path(axis), 0.0) for axis in axes),
         functions=tuple(AxisFunction(axis, product(_path(axis), 1.0)) for axis in axes),
@@ -109,12 +106,10 @@ def measure_terms(
 
 
 def inertia_of(plant: Plant) -> tuple[float, float, float, float]:
-    """Return the moments of inertia about the body axes, and the product of inertia.
+    """Return the moments and the product of inertia Ixx, Iyy, Izz and Ixz = ∫xz dm [kg m²].
 
-    They are Ixx, Iyy, Izz and Ixz = ∫xz dm [kg m²].
-
-    JSBSim's property `ixz` is an element of the tensor of inertia, and so the negative of the
-    product of inertia.
+    They are about the body axes. JSBSim's property `ixz` is an element of the tensor of inertia,
+    and so the negative of the product of inertia.
     """
     read = [plant.get(f"inertia/{part}-slugs_ft2") for part in ("ixx", "iyy", "izz", "ixz")]
     ixx, iyy, izz, element = (each * SLUG * FOOT**2 for each in read)
@@ -172,8 +167,8 @@ def measure_unit_forces(
 
     The properties are read in each state: a rate or an angle may change within tenths of a second.
     The changes are measured every `UNIT_STEP` and at both ends of every stretch, and interpolated
-    between. The engines are frozen. Parameters and errors are those of `measure`; the plant has the
-    `unit_overlay`.
+    between. The engines are frozen. Parameters and errors are those of `force_meter.measure`; the
+    plant has the `unit_overlay`.
     """
     rig = Rig.set_up(plant, motion, loaded_mass)
     names, time = sorted(paths), motion.time

@@ -1,7 +1,4 @@
-"""Write aircraft variants.
-
-They are copies of an aircraft's folder with the overlay of effects in the JSBSim file.
-"""
+"""Write aircraft variants: copies of a folder with an overlay of effects in the JSBSim file."""
 
 import re
 import shutil
@@ -43,10 +40,11 @@ def write_variant(
 ) -> Path:
     """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return the folder.
 
-    With `at_once` the actuators in its file follow their commands without a lag, and no effect moves
-    a throttle, so that a control can be put where a log has it. With `air_rates` its aerodynamics read the rates of the flow
-    angles against the air. `origin` is the text of its `variant.toml`. With `anew` the file of a
-    variant that is there is replaced, whole or not at all.
+    With `at_once` the actuators in its file follow their commands without a lag, and no effect
+    moves a throttle, so that a control can be put where a log has it. With `air_rates` its
+    aerodynamics read the rates of the flow angles against the air. `origin` is the text of its
+    `variant.toml`. With `anew` the file of a variant that is there is replaced, whole or not at
+    all.
 
     The original is copied, never changed, and the file keeps its comments. The original may itself
     be a variant: the new effects are then added to its effects. Raises BadInputError where the
@@ -173,8 +171,7 @@ def _prune(element: ET.Element, old: set[int]) -> None:
 def free_branch(root: ET.Element) -> str:
     """Return the branch of properties that the next overlay of an aircraft's file gets.
 
-    It is `effects`, and in a file that holds one overlay already `effects-2`, in its variant
-    `effects-3`.
+    `effects`, where the file holds an overlay already `effects-2`, then `effects-3`.
     """
     taken = {element.get("name") for element in root.iter("system")}
     return next(
@@ -183,10 +180,7 @@ def free_branch(root: ET.Element) -> str:
 
 
 def _insert(root: ET.Element, overlay: Overlay) -> None:
-    """Put each part of an overlay where JSBSim looks for it.
-
-    It stands under a branch of properties that is not yet used.
-    """
+    """Put each part of an overlay where JSBSim looks for it, under a free branch of properties."""
     branch = free_branch(root)
     _insert_system(root, overlay, branch)
     for number, function in enumerate(overlay.functions):
@@ -223,7 +217,7 @@ def _next_mass(root: ET.Element) -> int:
 
 
 def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
-    """Insert a system that declares the sizes and writes the properties.
+    """Insert the system that declares the sizes and writes the properties.
 
     It has a component for every property written at each step.
     """
@@ -256,10 +250,9 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
 
 
 def _add_earlier(root: ET.Element, function: ET.Element) -> None:
-    """Let a setting read each size together with those that earlier overlays have.
+    """Let a setting read each size plus those of the same effect in earlier overlays of the file.
 
-    They are of the file and of the same effect: of two settings of one property the last one alone
-    counts.
+    Of two settings of one property the last one alone counts.
     """
     declared = [element.text or "" for element in root.iterfind("system/property")]
     for element in [*function.iter("property")]:
@@ -276,10 +269,7 @@ def _add_earlier(root: ET.Element, function: ET.Element) -> None:
 
 
 def _gusts(overlay: Overlay) -> list[tuple[str, Expression]]:
-    """Return the sum of the wind terms for each axis.
-
-    It is on the property that JSBSim adds to wind and turbulence.
-    """
+    """Return the sum of the wind terms by axis, on JSBSim's property beside wind and turbulence."""
     found = []
     for toward in ("north", "east", "down"):
         terms = [wind.value for wind in overlay.winds if wind.toward == toward]

@@ -207,10 +207,7 @@ def _digest(folder: Path) -> str:
 
 
 def _keep(made: Path, place: Path, files: Set[Path]) -> Path:
-    """Put the folder of a finished aircraft into its place in the cache, and return the place.
-
-    It is put there completely or not at all.
-    """
+    """Put a finished aircraft's folder into the cache, completely or not at all, and return it."""
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=place.parent, prefix=".") as scratch:

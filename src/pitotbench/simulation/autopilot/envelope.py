@@ -128,7 +128,7 @@ def trim(aircraft: FrozenAircraft, speed: float) -> Trim:
 def strict(gains: Array, levers: Array) -> tuple[Array, Array]:
     """Return gains (k,) that rise everywhere, with their levers (k,).
 
-    They are the highest of each run of equal gains.
+    Of each run of equal gains the highest lever stays.
     """
     keep = np.append(np.diff(gains) > 1e-6, True)
     return gains[keep], levers[keep]
@@ -161,9 +161,9 @@ def balance(aircraft: FrozenAircraft, state: State) -> tuple[State, float]:
 
 
 def _newton(aircraft: FrozenAircraft, state: State, now: Array) -> Array:
-    """Return the change of angle of attack [rad] and elevator that balances a state.
+    """Return the Newton step in angle of attack [rad] and elevator [-] that balances a state, (2,).
 
-    It is found by the slopes there.
+    Raises SimulationError where the elevator has no effect.
     """
     steps = (0.3 * DEGREE, 0.02)
     changed = (
@@ -193,7 +193,7 @@ def _residual(aircraft: FrozenAircraft, state: State) -> Array:
 def _carries(aircraft: FrozenAircraft, speed: float) -> bool:
     """Return whether the wing carries the weight at a true airspeed [m/s].
 
-    It may do so at any angle that the elevator holds.
+    Any angle of attack at which the elevator can trim will do.
     """
     for alpha in ALPHAS.tolist():
         elevator = elevator_for(aircraft, speed, alpha)
@@ -205,10 +205,7 @@ def _carries(aircraft: FrozenAircraft, speed: float) -> bool:
 
 
 def elevator_for(aircraft: FrozenAircraft, speed: float, alpha: float) -> float | None:
-    """Return the elevator at which the pitching moment is zero.
-
-    None where its travel does not suffice.
-    """
+    """Return the elevator at which the pitching moment is zero, None where it lacks the travel."""
     low, high = (
         aircraft.accelerations(State(speed, alpha, elevator=e)).q
         for e in (-MOST_ELEVATOR, MOST_ELEVATOR)
@@ -219,9 +216,10 @@ def elevator_for(aircraft: FrozenAircraft, speed: float, alpha: float) -> float 
 
 
 def _fastest(aircraft: FrozenAircraft, stall: float) -> tuple[float, bool]:
-    """Return the highest true airspeed [m/s] of level flight at full power.
+    """Return the highest true airspeed [m/s] of level flight, and whether Mach 0.7 limits it.
 
-    It comes with whether Mach 0.7 came first.
+    Else full power does. Raises SimulationError where full power does not hold level flight at 1.2
+    times the stall speed.
     """
     speed, step = 1.2 * stall, 1.1
     state, best = State(speed, alpha=6.0 * DEGREE), 0.0

@@ -86,10 +86,7 @@ class Accelerations:
 
 @dataclass(frozen=True, slots=True)
 class Engines:
-    """What an aircraft's files say of its engines.
-
-    Their kinds; the idle speed [rpm] of pistons, 0 without one.
-    """
+    """The engines of an aircraft by its files: kind, and idle speed [rpm] of pistons, else 0."""
 
     kind: str
     idle_speed: float = 0.0
@@ -134,10 +131,7 @@ class FrozenAircraft:
             self._fdm[path] = value
 
     def climb_to(self, altitude: float, speed: float) -> None:
-        """Hold the aircraft at another height [m] and a true airspeed [m/s].
-
-        Its engines run.
-        """
+        """Hold the aircraft at another height [m] and a true airspeed [m/s], engines running."""
         if not self._turn():
             self.start_engines()  # at the height before, where they have started once
         self._altitude = altitude
@@ -220,12 +214,10 @@ class FrozenAircraft:
         self.write(OWN_LEVER, max(lever, self.idle))
 
     def find_idle(self, speeds: Iterable[float]) -> None:
-        """Raise `idle` until a piston engine turns at its stated idle speed.
+        """Raise `idle` until piston engines turn at their stated idle speed at all airspeeds.
 
-        It does so at all airspeeds [m/s, true].
-
-        In the air a fixed-pitch propeller can drag an engine at closed throttle so far below it
-        that it stops.
+        `speeds` are true [m/s]. In the air a fixed-pitch propeller can drag an engine at closed
+        throttle so far below it that it stops.
         """
         for speed in speeds if self._kind.idle_speed else ():
             self.place(State(speed))
@@ -346,10 +338,7 @@ class FrozenAircraft:
         return abs(seen[1] - seen[0]) > 1e-4
 
     def calibrated(self, speed: float) -> float:
-        """Return the calibrated airspeed [m/s] of a true airspeed [m/s].
-
-        It is that at the height of this aircraft.
-        """
+        """Return the calibrated airspeed [m/s] of a true one [m/s] at this aircraft's height."""
         self.place(State(speed))
         self.run(1)
         return self.read("velocities/vc-kts") * KNOT

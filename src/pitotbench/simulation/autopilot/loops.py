@@ -35,10 +35,7 @@ SLOWER = 0.8  # times the gain before, until the loop is damped
 
 @dataclass(frozen=True, slots=True)
 class Gains:
-    """The gains of an aircraft.
-
-    There is one value a trim point for inner loops, one for all speeds for outer ones.
-    """
+    """The gains of an aircraft: (trim points,) for inner loops, one number for outer loops."""
 
     pitch_rate: Array  # 1/s
     pitch_integral: Array  # 1/s
@@ -51,9 +48,7 @@ class Gains:
 
 
 def shape(name: str, models: Sequence[Linear], engine_time: float) -> Gains:
-    """Return the gains for the linear models of an aircraft, from slow to fast.
-
-    Its engine's lag [s] comes with them.
+    """Return the gains of an aircraft from its linear models, slow to fast, and engine lag [s].
 
     Raises SimulationError, which names the loop and the speed, where a loop cannot be made stable.
     """
@@ -75,9 +70,9 @@ def shape(name: str, models: Sequence[Linear], engine_time: float) -> Gains:
 
 
 def pitch_loop(model: Linear, gain: float, integral: float) -> tuple[Array, Array]:
-    """Return the closed pitch-rate loop.
+    """Return the closed pitch-rate loop: its matrix (4, 4) and its input column (4,).
 
-    It is its matrix over (alpha, q, elevator, integral), and its input column.
+    The states are angle of attack, pitch rate, elevator and integral.
     """
     effect = model.pitch[1, 2]
     a = np.zeros((4, 4))
@@ -89,10 +84,7 @@ def pitch_loop(model: Linear, gain: float, integral: float) -> tuple[Array, Arra
 
 
 def pull(model: Linear) -> float:
-    """Return the pitching acceleration [1/s] of the elevator that a steady pitch rate needs.
-
-    It is for a unit of that rate.
-    """
+    """Return the pitching acceleration of the elevator per unit of a steady pitch rate [1/s]."""
     (lift, _, _), (stiffness, rate, _) = model.pitch
     return max(0.0, float(stiffness / lift - rate)) if lift < 0.0 else 0.0
 
@@ -131,10 +123,7 @@ def step_response(a: Array, column: Array, output: int, time: Array) -> Array:
 
 
 def damping(a: Array) -> float:
-    """Return the least damping ratio of the poles above 0.05 rad/s.
-
-    It is -1 where a pole grows faster than that.
-    """
+    """Return the least damping ratio of the poles above 0.05 rad/s, -1 where one grows faster."""
     poles = np.linalg.eigvals(a)
     if poles.real.max() > 0.05:  # a slow spiral is held by the outer loops
         return -1.0
@@ -188,9 +177,9 @@ def _lateral(name: str, model: Linear) -> tuple[float, float, float]:
 
 
 def _altitude_scale(name: str, model: Linear, gain: float, integral: float) -> float:
-    """Return the factor that leaves the altitude loop well damped.
+    """Return the factor on climb and altitude gains that leaves the altitude loop well damped.
 
-    It is on the climb and altitude gains.
+    Raises SimulationError where none does.
     """
     inner, column = pitch_loop(model, gain, integral)
     speed, scale = model.trim.speed, 1.0

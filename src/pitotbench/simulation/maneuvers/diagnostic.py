@@ -1,7 +1,4 @@
-"""Diagnostic: climb, descent, sideslips and power changes.
-
-They separate causes that calibrations confuse.
-"""
+"""Diagnostic: climb, descent, sideslip and power tell apart causes that calibrations confuse."""
 
 from dataclasses import dataclass
 from math import pi
@@ -23,7 +20,7 @@ from pitotbench.simulation.pilot import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosticCard(Card):
-    """Ours: what separates causes that a calibration confuses.
+    """Ours: a maneuver that separates causes which a calibration confuses.
 
     At the first speed a climb and a descent at constant airspeed (they separate a slow static line
     from a slow pitot line, and height from time), steady-heading sideslips to both sides (sideslip

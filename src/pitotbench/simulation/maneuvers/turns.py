@@ -141,10 +141,9 @@ def fly_decel_circle(cockpit: Cockpit, card: DecelCircleCard) -> Ticks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FigureEightCard(Card):
-    """Ours: the Circle of Martos et al. (2011), III.A, steeper, and to both sides.
+    """Ours: the Circle of Martos et al. (2011), III.A, steeper, to both sides, slowing in the turn.
 
-    It is slowed down in the turn, so that only the first speed has to be set up. ±2 KCAS and ±50 ft
-    in the turns.
+    Only the first speed has to be set up. ±2 KCAS and ±50 ft in the turns.
 
     An error that depends on the side of the turn (a probe at an angle to the flow, a sideslip)
     shows as a difference of the two halves and cancels in their mean. Without wind, each eight ends

@@ -93,9 +93,9 @@ def calibrate_flights(
 
 
 def _held_up(flight: CalibratedFlight, options: CalibrationOptions) -> CalibratedFlight:
-    """Return a flight whose answer is held against another reading of its columns.
+    """Return a flight with the factor on its airspeed, and what each finding would move.
 
-    That gives the factor on the airspeed, and what each finding would move.
+    Both hold the answer against another reading of the columns.
     """
     from pitotbench.calibration.readings import with_readings
     from pitotbench.calibration.scale import with_scale
@@ -119,9 +119,9 @@ def _by_height(log: FlightLog, options: CalibrationOptions, error: OneHeadingErr
 
 @contextmanager
 def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iterator[None]:
-    """Name the cause where the block finds no answer.
+    """Name the cause where the block finds no answer: limits, or channels that disagree.
 
-    It is limits that take most rows, or channels that disagree.
+    A cause that the reading of the log found comes first.
     """
     from pitotbench.calibration.expected_bound import geometry_suffices
     from pitotbench.calibration.observations import limit_words

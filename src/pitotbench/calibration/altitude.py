@@ -158,12 +158,12 @@ class AltitudeRows:
     """Block means, (n,), and their noise.
 
     `rise`: indicated static pressure minus that of the air column at the height, in meters of air.
-    `state`: what the columns are made of. `tie`: the receiver's height
-    minus the integral of its vertical velocity [m], None without vertical velocity. `sensor`,
-    `fix`: white variances [m²]; the latter is infinite where a block has no fix (without vertical
-    velocity: one over the number of fixes).
-    `first`: whether the block begins a stretch. `priors`: those of the noise. `unknown`: columns of the unknowns of this equation alone. `spread`: standard deviation of what the slow height error
-    shows in [m].
+    `state`: what the columns are made of. `tie`: the receiver's height minus the integral of its
+    vertical velocity [m], None without vertical velocity. `sensor`, `fix`: white variances [m²];
+    the latter is infinite where a block has no fix (without vertical velocity: one over the number
+    of fixes). `first`: whether the block begins a stretch. `priors`: those of the noise. `unknown`:
+    columns of the unknowns of this equation alone. `spread`: standard deviation of what the slow
+    height error shows in [m].
     """
 
     time: Seconds
@@ -188,9 +188,9 @@ class AltitudeRows:
 
     @property
     def count(self) -> int:
-        """Rows of the regression.
+        """Rows of the regression: one per block, and one more per block with a fix.
 
-        There is one per block, and another where the block has a fix that ties the integral.
+        A fix ties the integral of the vertical velocity.
         """
         return len(self) + (0 if self.tie is None else int(np.isfinite(self.fix).sum()))
 
@@ -198,9 +198,7 @@ class AltitudeRows:
 def altitude_rows(
     log: FlightLog, obs: Observations, options: CalibrationOptions, wind: Array
 ) -> AltitudeRows | None:
-    """Compute the altitude rows from a log's used rows and its rows at rest.
-
-    None where its height is of no use.
+    """Return the altitude rows of a log's used rows and rows at rest, None for a useless height.
 
     Parameters: log; obs; options, with the accuracy of the total source and the priors; wind (2,),
     roughly, toward north and east [m/s], which gives the size of the horizontal pressure gradient.
@@ -294,20 +292,19 @@ def virtual_temperature_rise(temperature: float, pressure: float) -> float:
 
 
 def _at_rest(log: FlightLog) -> Booleans:
-    """Rows before take-off or after landing.
+    """Return the rows before take-off or after landing, where the static source has no error.
 
-    There the static source has no error, so height and pressure agree.
+    Height and pressure agree there.
     """
     still = np.hypot(log.velocity_north, log.velocity_east) < _AT_REST
     return np.asarray(still & (log.impact_pressure < float(air.impact_pressure(_NO_AIRSPEED))))
 
 
 def _white_noise(values: Array) -> tuple[float, Booleans]:
-    """The standard deviation of the white noise of values (n,), and which are spikes, (n,).
+    """Return the deviation of the white noise of values (n,), and which are spikes, (n,).
 
-    A spike differs from both neighbors.
-
-    It comes from second differences, in which slow signals cancel.
+    A spike differs from both neighbors. The deviation comes from second differences, in which slow
+    signals cancel.
     """
     second = np.abs(white_differences(values))
     noise = deviation_of_sizes(second)
@@ -407,7 +404,7 @@ def _air_temperature(
     static: Pascal,
     height: Meters,
 ) -> "_Profile":
-    """The temperature of the air over height, from the blocks' (n,) readings.
+    """Return the temperature of the air over height, from the blocks' (n,) readings.
 
     Its slope is fitted to a log that climbs, layer by layer where it climbs far, and standard for
     another.
@@ -464,7 +461,7 @@ class _Profile:
     def layers(self, height: Meters) -> Array:
         """The same for each layer that is warmer by itself, (n, layers) [m/K].
 
-        There is none where there is only one layer.
+        Of a single layer there are no columns: (n, 0).
         """
         if len(self.edges) == 2:
             return np.zeros((len(height), 0))
@@ -490,12 +487,10 @@ class _Profile:
 
 
 def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
-    """The receiver's height minus the integral of its velocity, and its white variance.
+    """Return the receiver's height less its velocity's integral [m], and the white variance [m²].
 
-    They are per block, in [m] and [m²].
-
-    Without vertical velocity the first is None and the second is one over the number of fixes in
-    the block.
+    Both are per block. Without vertical velocity the first is None and the second is one over the
+    number of fixes in the block.
     """
     count = len(blocks.count)
     if carried.offsets is None:
@@ -533,11 +528,11 @@ def _unknowns(
     layer: float,
     standard_day: bool,
 ) -> UnknownColumns:
-    """The unknowns of the altitude equation alone, as columns with their priors.
+    """Return the unknowns of the altitude equation alone, as columns with their priors.
 
-    They are the reference pressure (flat prior), a horizontal pressure gradient (two), a slow
-    change of pressure, the temperature of the air in each layer between the heights, with the
-    deviation `layer` [K], and in all of it.
+    The reference pressure (flat prior), a horizontal pressure gradient (two), a slow change of
+    pressure, the temperature of the air in each layer between the heights, with the deviation
+    `layer` [K], and in all of it.
     """
     step = np.diff(rows.time)
     place = np.concatenate(
@@ -568,12 +563,10 @@ def _unknowns(
 def _with_total_source(
     unknown: UnknownColumns, rows: AltitudeRows, deviation: float
 ) -> UnknownColumns:
-    """The unknowns with the error of the total source.
+    """Return the unknowns with the total source's error: a level and a slope in ln q_ci.
 
-    It has a level and a slope in ln q_ci; `deviation` [-] is that of the level.
-
-    The wind triangle tells of both sources together, the static pressure of one: what the total
-    source does to the airspeed is no change of the height.
+    `deviation` [-] is that of the level. The wind triangle tells of both sources together, the
+    static pressure of one: what the total source does to the airspeed is no change of the height.
     """
     flying = rows.state.impact_pressure > 0.0
     if not flying.any():

@@ -210,9 +210,10 @@ class CardModel:
         return np.column_stack([np.full(len(self.legs), step), other])
 
     def noise(self, noise: Array, across: bool = False) -> MarkovNoise:
-        """Return the covariance of the equations, for ln of the noise (3,).
+        """Return the covariance of the equations for ln of the noise (3,).
 
-        Where asked for, it is followed by those of the winds across them, which nobody observed.
+        With `across` it is followed by that of the winds across the equations, which nobody
+        observed.
         """
         white, loading = self.white(noise)[None], self.linear.along[None]
         if across:
@@ -267,17 +268,17 @@ class CardModel:
         )
 
     def gradient(self, at: MetersPerSecond, configuration: str) -> Array:
-        """Return the change of a configuration's corrections with the coefficients, (c, p).
+        """Return a configuration's change of the corrections with the coefficients, (c, p).
 
-        They are at airspeeds (c,) [m/s]. The thermometer is no part of them.
+        They are at airspeeds `at` (c,) [m/s]. The thermometer is no part of them.
         """
         columns = self.basis(at, np.full(len(at), self.configurations[configuration]))
         return np.column_stack([columns, np.zeros(len(at))])
 
     def expected_variance(self, at: MetersPerSecond) -> float:
-        """Return the variance [(m/s)²] of the first configuration's curve before a leg is flown.
+        """Return the first configuration's mean variance [(m/s)²] before a leg is flown.
 
-        It is the mean over airspeeds [m/s] and over the rival priors, on a usual day.
+        The mean is over airspeeds [m/s] and over the rival priors, on a usual day.
         """
         columns = self.gradient(at, self.legs[0].configuration)
         rivals = solutions(self.problem, self.noise(USUAL_NOISE))
@@ -285,9 +286,7 @@ class CardModel:
         return float(np.mean(found))
 
     def deviations(self, places: Sequence[int], gain: Array) -> Array:
-        """Return the standard deviations, (m,), of a change with some legs, at each node.
-
-        It changes by `gain` (k,) with each of the legs (k,).
+        """Return the deviations, (m,), at each node, of what changes by `gain` (k,) with legs (k,).
 
         What the legs share is left out: the wind of the first of them is free, and so is the
         correction.
@@ -300,10 +299,7 @@ class CardModel:
 
     @cached_property
     def _spread_of_nodes(self) -> tuple[Array, Array]:
-        """At each node, the variance of the wind's steps up to each leg, and that of the leg alone.
-
-        Both are (m, n).
-        """
+        """The wind's variance up to each leg, and that of the leg alone, at each node, (m, n)."""
         noises = [node.noise for node in self.nodes]
         wandered = np.stack([self.wandered(noise) for noise in noises])
         return wandered, np.stack([self.white(noise) for noise in noises])
@@ -386,9 +382,9 @@ class Others:
         return np.asarray((linear.observed - self.means[:, 0]) / np.sqrt(variance))
 
     def of(self, place: int, legs: Sequence[CardLeg]) -> tuple[Array, Array]:
-        """Return errors (m,) [m/s] and their variances (m,) of legs in the place of one.
+        """Return errors of legs in the place of one against all others, and variances, (m,) each.
 
-        They are against what all others predict.
+        The errors are in m/s.
         """
         model, own = self.model, np.full(len(legs), self.model.own[place])
         along, slope = model.linear.along[place], float(model.linear.slope[place])

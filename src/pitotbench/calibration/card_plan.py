@@ -27,7 +27,7 @@ def plans_by_hand(
 ) -> list[HandPlan]:
     """Return cards for a curve between two indicated airspeeds [m/s], the shortest first.
 
-    Each is better than all shorter ones. `wind` [m/s] is toward north and east.
+    Each has a smaller bound than all shorter ones. `wind` [m/s] is toward north and east.
     """
     plans = [
         _plan(legs, points, times, low, high, wind, stated)

@@ -44,10 +44,7 @@ _LEAST_SPREADS = 5.0 * DEGREE, 2.0 * KNOT  # 1σ of a pilot's tracks and airspee
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """A column that a slip can be in.
-
-    Its field, its unit [SI], its words, and the largest number that makes sense.
-    """
+    """A column that a slip can be in: field, unit [SI], words, and the largest sensible number."""
 
     field: str
     si: float
@@ -252,8 +249,9 @@ class _Card:
     def _habit(self, place: int, readings: Sequence[CardLeg], struck: Booleans) -> Array:
         """Return ln of how usual readings (m,) in the place of a leg are, (m,).
 
-        Their airspeed counts, and their track, which is one that no other leg of the point has. The
-        more legs of the card are flown apart from the usual, the less does one of them surprise.
+        They are judged by their airspeed and by their track, which no other leg of the point has.
+        The more legs of the card are flown apart from the usual, the less does one of them
+        surprise.
         """
         own = self._points[self.legs[place].point]
         others = own[(own != place) & ~struck[own]]

@@ -1,7 +1,4 @@
-"""The estimator of the covering 2σ.
-
-It is generalized least squares with the noise estimated from the log.
-"""
+"""The estimator of the covering 2σ: generalized least squares, the noise estimated from the log."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -131,10 +128,10 @@ def flown_of(structure: Structure, obs: Observations, fit: CoveringFit) -> Flown
 def moved_by(
     structure: Structure, obs: Observations, fit: CoveringFit, flown: Flown, cause: Nuisance
 ) -> Array:
-    """Return what one of a cause that is no column of a fit moves its unknowns by, (p + m,).
+    """Return what a unit of a cause that is no column of a fit moves its unknowns by, (p + m,).
 
-    It is the answer, θ and nuisances, to what that cause alone would leave in the rows; `flown` as
-    of `flown_of`.
+    The answer, θ and nuisances, to what that cause alone would leave in the rows; `flown` as of
+    `flown_of`.
     """
     seen = divide(obs, block_length(obs)).mean(cause.column(*flown))
     left = np.zeros(len(fit.problem.response))
@@ -165,10 +162,7 @@ def _of_mean_winds(
 def _of_mean_wind(
     structure: Structure, problem: Linearized, phi: Array, answers: Sequence[Solution | NoiseNode]
 ) -> list[tuple[Array, Array]]:
-    """The estimates and covariances of answers under one noise.
-
-    They have the mean wind where the wind drifts.
-    """
+    """Return estimates and covariances of answers under one noise, with a drifting wind's mean."""
     found = [(each.estimate, each.covariance) for each in answers]
     if problem.kernel is None:
         return found
@@ -257,8 +251,8 @@ def _process(
 def drift_of(structure: Structure, obs: Observations, fit: CoveringFit, answer: Array) -> WindPath:
     """Return the slow part of a drifting wind, less the wind of an answer (p + m,).
 
-    It is the estimate for the answer's curve and constants, under the most likely noise. It is
-    smooth: one that follows each gust would leave no residual.
+    The estimate is for the answer's curve and constants, under the most likely noise. A path that
+    followed each gust would leave no residual, so it is smoothed.
     """
     count, first = structure.model.count, structure.model.error_count
     blocks, phi = divide(obs, block_length(obs)), fit.likely.noise

@@ -83,7 +83,7 @@ def linearize(
 ) -> Linearized:
     """Linearize the problem at θ (p,), for a drifting wind along its `path`.
 
-    With the parameters of the noise, φ (d,), two effects of it are taken off. Gusts across the
+    Given the parameters of the noise, φ (d,), two of its effects are taken off. Gusts across the
     flight path lengthen the airspeed vector by σ²/V on average. The noise of the ground velocity is
     in the residual and in the airspeeds at which the curve is read; see `_best_airspeed`. Raises
     NoAnswerError where θ is outside the model's domain.
@@ -142,10 +142,9 @@ def linearize(
 
 
 def priors_at(structure: Structure, theta: Array) -> tuple[Array, Array]:
-    """Return the precisions of the rival priors, (r, p + m), and their mean (p + m,).
+    """Return the rival priors of a correction to θ (p,): precisions (r, p + m), mean (p + m,).
 
-    They are of a correction to θ (p,): the model's of its parameters, that of a wind which is
-    stated, the accuracies' of the nuisances.
+    The model's of its parameters, that of a wind which is stated, the accuracies' of the nuisances.
     """
     model, law = structure.model, structure.model.error.precisions
     winds = np.zeros((len(law), model.count - model.error_count))
@@ -238,9 +237,9 @@ def _best_airspeed(noise_of: WindNoise, noise: Array, response: Array) -> Array:
 
 
 def wind_scale(structure: Structure, obs: Observations) -> float:
-    """The prior of a drifting wind's standard deviation [m/s].
+    """Return the prior of a drifting wind's standard deviation [m/s].
 
-    It grows with the root of the time beyond the wind's memory.
+    Beyond the wind's memory the deviation grows with the root of the time.
     """
     priors = structure.priors
     times = float(obs.time[-1] - obs.time[0]) / priors.slow_wind_s
@@ -248,9 +247,10 @@ def wind_scale(structure: Structure, obs: Observations) -> float:
 
 
 def length_factor(structure: Structure, obs: Observations) -> float:
-    """One standard deviation of the prior of the gusts' length, as a factor.
+    """Return one standard deviation of the prior of the gusts' length, as a factor.
 
-    It is greater for a log above 10,000 ft, unless a drifting wind stands for the slow part.
+    The factor is greater for a log above 10,000 ft, unless a drifting wind stands for the slow
+    part.
     """
     high = float(np.median(obs.static_pressure)) < _HIGH and not structure.drifting
     priors = structure.priors

@@ -1,9 +1,9 @@
 """The bound expected of a flight before it is flown, for noise that is known or estimated.
 
-For known noise it is the inverse information matrix of the geometry alone: speeds, headings and
-times. The response of the log is not used; the level and the length of the gusts and the noise of
-the receiver's height are given. The calibration estimates them, and its bound is wider: for a log
-in gusts that are drawn, it is the fit's own, without the checks of a measured log.
+With known noise the bound is the inverse information matrix of the geometry alone: speeds, headings
+and times. The response of the log is not used; the level and the length of the gusts and the noise
+of the receiver's height are given. The calibration estimates them, and its bound is wider: for a
+log in gusts that are drawn, it is the fit's own, without the checks of a measured log.
 """
 
 from dataclasses import dataclass, replace
@@ -143,9 +143,7 @@ def _two_sigma(
 
 
 def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:
-    """Return whether the headings and speeds of a log would determine its curve.
-
-    It is assumed that the channels agree.
+    """Return whether a log's headings and speeds would determine its curve if its channels agree.
 
     The answer is that of the model Inverse+ in gusts of the usual size, with no wind.
     """

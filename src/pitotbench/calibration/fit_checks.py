@@ -114,12 +114,11 @@ def require_useful(calibration: Calibration, log: FlightLog) -> None:
 
 @dataclass(frozen=True, slots=True)
 class CurveVerdict:
-    """The verdict on a curve, with a sentence of explanation.
-
-    It is `plausible`, `doubtful` (a warning) or `impossible` (no answer).
+    """The verdict on a curve: `plausible`, `doubtful` (a warning) or `impossible` (no answer).
 
     `worst` [-] is the Δp/q_c of greatest size among the points beyond the limit, and
     `indicated_airspeed` [m/s] the airspeed at that point. Both are 0 where no point is beyond it.
+    `words` explain the verdict in a sentence.
     """
 
     kind: Literal["plausible", "doubtful", "impossible"]
@@ -232,9 +231,9 @@ def disagreements(
 
 
 def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> Calibration:
-    """Return a calibration with its fixed-speed points.
+    """Return a calibration with its fixed-speed points, and the one farthest off its curve.
 
-    It tells of the one farthest off its curve, beyond both bounds.
+    That point is a disagreement where it is off by more than the bounds of both.
     """
     calibration = replace(calibration, points=tuple(points))
     curve, worst = calibration.curve, None
@@ -264,7 +263,7 @@ def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> 
 
 
 def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[float, float]:
-    """The largest clear distance of the samples' mean from the curve, and its airspeed.
+    """Return the largest clear distance of the samples' mean from the curve, and its airspeed.
 
     Both are in m/s, and 0 for none.
     """
@@ -297,13 +296,11 @@ _OWN_POWER = 0.05
 
 
 def propwash_effect(residuals: Residuals, log: FlightLog) -> Estimate | None:
-    """Return by how much the indicated airspeed reads higher at full power than at idle.
+    """Return how much higher the airspeed [m/s] reads at full power than at idle.
 
-    It is in m/s; None without power.
-
-    The residual is regressed on the power that is left when constant, airspeed and its square are
-    taken out (Frisch and Waugh 1933); its 2σ is that of blocks of 30 s (Liang and Zeger 1986). It
-    is infinite where power follows airspeed.
+    None without power. The residual is regressed on the power that is left when constant, airspeed
+    and its square are taken out (Frisch and Waugh 1933); its 2σ is that of blocks of 30 s (Liang
+    and Zeger 1986). The 2σ is infinite where power follows airspeed.
     """
     levers = [each for each in (log.throttle_left, log.throttle_right) if each is not None]
     engines = ("left", "right")
@@ -379,10 +376,7 @@ class _Level:
 
 @dataclass(frozen=True, slots=True)
 class _Extent:
-    """A length or a time with a log-normal prior.
-
-    Its middle, and one standard deviation as a factor.
-    """
+    """A length or a time with a log-normal prior: its middle, and one deviation as a factor."""
 
     words: str
     unit: str
@@ -487,10 +481,10 @@ def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]
 
 
 def _nuisance_sentence(nuisance: Nuisance, found: tuple[float, float] | None) -> str:
-    """What a nuisance is by the rest of the log, with its 2σ.
+    """Return in words what a nuisance is by the rest of the log, with its 2σ.
 
-    None where the log does not tell its size, since its prior, or what else is unknown, says as
-    much.
+    `found` is None where the log does not tell its size, since its prior, or what else is unknown,
+    says as much.
     """
     words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
     usual = _sized(f"±{2.0 * nuisance.deviation:.3g}", unit)

@@ -285,9 +285,9 @@ def _wind_of(each: Reduction) -> tuple[Array, Array]:
 
 
 def _with_wind(each: Reduction, wind: Array, covariance: Array) -> Reduction:
-    """The reduction with another mean wind, and what follows for all other unknowns.
+    """Return the reduction with another mean wind, and what follows for all other unknowns.
 
-    It is as it was, with a warning, where its own wind contradicts that one.
+    Where its own wind contradicts that one, it keeps its own and gets a warning.
     """
     own, spread = _wind_of(each)
     offset = wind - own
@@ -311,9 +311,9 @@ def _with_wind(each: Reduction, wind: Array, covariance: Array) -> Reduction:
 def assemble_together(
     joint: Sequence[tuple[Reduction, MetersPerSecond | None]],
 ) -> list[Calibration]:
-    """Assemble the Calibration of each reduction with the joint answer.
+    """Assemble the Calibration of each reduction with the joint answer, all with one band.
 
-    All have one band for the whole curve.
+    The band holds for the whole curve.
     """
     found = [assemble(reduction, airspeeds) for reduction, airspeeds in joint]
     # The band comes from random draws of all unknowns, of which each flight has its own.
@@ -324,7 +324,7 @@ def assemble_together(
 def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
     """Return the flights of one log, which share their curve, as one calibration of the log.
 
-    It has the winds, the parts and the residuals of all, and the mean of their winds.
+    The winds, the parts and the residuals are those of all flights, the wind the mean of theirs.
     """
     flights = [each.calibration for each in cut]
     first = flights[0]
@@ -358,10 +358,10 @@ def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
 
 
 def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:
-    """Cut a log into its flights and reduce each.
+    """Cut a log into its flights and reduce each; one part where fewer than two give an answer.
 
-    It is one part, the whole log, where fewer than two give an answer. Where the whole gives none,
-    as of two winds, it is cut at shorter pauses and at stops.
+    That part is the whole log. Where the whole gives no answer, as of two winds, the log is cut at
+    shorter pauses and at stops.
     """
     found = _answered(flights_in(log), place, reduce)
     if len(found) >= _FEWEST:

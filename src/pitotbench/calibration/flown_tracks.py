@@ -14,9 +14,9 @@ _TURN = 360.0  # °: tracks of half of it, and less, lie on one side
 
 
 def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
-    """Return the airspeeds that were flown on one side of the compass only.
+    """Return the airspeeds, slow or fast, that were flown on one side of the compass only.
 
-    They are the slow and the fast third of a calibration's airspeeds, by the rows of its log that
+    The slow and the fast third of a calibration's airspeeds are judged by the rows of its log that
     were used.
     """
     used = result.residuals.used
@@ -33,9 +33,9 @@ def one_sided(log: FlightLog, result: Calibration) -> tuple[OneSided, ...]:
 
 
 def _arc(track: Array) -> tuple[float, float] | None:
-    """The arc that holds all tracks flown (n,) [°], clockwise from its begin to its end.
+    """Return the arc that holds all tracks flown (n,) [°], None where they lie on several sides.
 
-    None where they lie on more than one side.
+    The arc goes clockwise from its begin to its end.
     """
     count, edges = np.histogram(track, np.linspace(0.0, _TURN, _SECTORS + 1))
     flown = np.flatnonzero(count > _LEAST_SHARE * len(track))

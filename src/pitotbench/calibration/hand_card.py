@@ -73,7 +73,7 @@ def reduce_card(
 def _as_meant(
     legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies, priors: Priors
 ) -> tuple[CardModel, tuple[Slip, ...], tuple[str, ...]]:
-    """The model of the card, its slips and a warning, with the directions as tracks or as headings.
+    """Return the model of the card, its slips and a warning, with directions as tracks or headings.
 
     They are what the card says, unless the other makes the same legs clearly more probable.
     """
@@ -151,9 +151,9 @@ def _point(own: Sequence[int], model: CardModel, stated: Accuracies) -> CardPoin
 
 
 def _height(here: LegAir, indicated: Array, correction: Array) -> tuple[Array, Array]:
-    """Return the altitude corrections [m], and their change per m/s of the corrections.
+    """Return altitude corrections [m], true minus indicated, and their change per m/s.
 
-    They are true minus indicated altitude.
+    The change is with the corrections of the airspeed.
     """
     pressure = float(np.mean(here.static_pressure))
     changed = indicated + np.stack([correction, correction + _STEP])

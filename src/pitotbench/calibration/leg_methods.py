@@ -104,9 +104,7 @@ class LegAir:
         return float(here - self.indicated_airspeed), bound
 
     def stated_two_sigma(self, true_airspeed: float, stated: Accuracies) -> float:
-        """2σ of the calibrated airspeed [m/s] from the stated accuracies of the air data.
-
-        It is at a true airspeed [m/s].
+        """Return 2σ of calibrated airspeed [m/s] by stated accuracies, at a true airspeed [m/s].
 
         The errors are independent. Those of GPS velocity change the wind alone, and a latency
         changes nothing at constant airspeed. A zero offset belongs to the correction, which is
@@ -202,10 +200,7 @@ def _circles(count: int) -> list[list[int]]:
 
 
 def leg_gain(velocity: Array) -> Array:
-    """Change of the answer of `answer_of_legs` with each ground velocity, (n, 3) [-].
-
-    It is per 1 m/s along the flight path.
-    """
+    """Return the change of `answer_of_legs` per 1 m/s of each leg along its path, (n, 3) [-]."""
     circles, gain = _circles(len(velocity)), np.zeros((len(velocity), 3))
     for legs in circles:
         gain[legs] += circle_gain(velocity[legs], circle_fit(velocity[legs])) / len(circles)
@@ -224,12 +219,11 @@ def turn_between(one: Array | float, other: Array | float) -> Array:
 
 
 def circle_fit(velocity: Array) -> Array:
-    """Fit a circle to ground velocities (n, 2) at one airspeed.
+    """Fit a circle to ground velocities (n, 2) at one airspeed: return [V, W_N, W_E] [m/s].
 
-    Its answer is true airspeed and wind [V, W_N, W_E] [m/s].
-
-    Least squares of the distances from the circle, by Gauss-Newton from the algebraic fit (Kåsa
-    1976). Raises NoAnswerError where the velocities are too similar.
+    These are true airspeed and wind. Least squares of the distances from the circle, by
+    Gauss-Newton from the algebraic fit (Kåsa 1976). Raises NoAnswerError where the velocities are
+    too similar.
     """
     columns = np.column_stack([2.0 * velocity, np.ones(len(velocity))])
     if len(velocity) < 3 or np.linalg.cond(columns) > _ILL_CONDITIONED:
@@ -249,9 +243,7 @@ def circle_fit(velocity: Array) -> Array:
 
 
 def circle_gain(velocity: Array, answer: Array) -> Array:
-    """Change of the answer of `circle_fit` with each ground velocity, (n, 3) [-].
-
-    It is per 1 m/s along the flight path.
+    """Return the change of `circle_fit` per 1 m/s of each velocity along its path, (n, 3) [-].
 
     Parameters: velocity (n, 2) [m/s]; answer [V, W_N, W_E] [m/s]. By the implicit function theorem:
     the gradient of the fit, the sum of r (1, u) with residuals r and unit vectors u of the flight

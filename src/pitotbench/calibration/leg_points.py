@@ -194,9 +194,9 @@ def _rate(values: Array) -> Array:
 
 
 def _holds(piece: Legs) -> bool:
-    """Whether airspeed and height are constant.
+    """Return whether airspeed and height are constant, by the means of the halves.
 
-    In the means of the halves gusts average out, and drifts do not.
+    Gusts average out in these, and drifts do not.
     """
     airspeed, pressure = _halves(piece.air.true_airspeed()), _halves(piece.air.static_pressure)
     return bool(np.ptp(airspeed) <= _DRIFT and np.ptp(pressure) <= _LEVEL * pressure[0])

@@ -86,9 +86,7 @@ class ErrorPlace:
 
 @dataclass(frozen=True, slots=True)
 class ByHeight:
-    """The curve by height alone.
-
-    Its model, the answer in the parameters of the curve, and what the fit leaves.
+    """The curve by height alone: its model, the answer in its parameters, and what the fit leaves.
 
     The latter are block means in flight, (n,): time [s], impact pressure and the rest of the
     pressure error [Pa].
@@ -102,9 +100,7 @@ class ByHeight:
 
 
 def assumed_location(header: Mapping[str, object]) -> str:
-    """The location assumed before any evidence.
-
-    It is that published for a synthetic log, else the static source.
+    """Return the error's location before any evidence: a synthetic log's, else the static source.
 
     The static source has the larger error on nearly every airplane (Gracey 1980).
     """
@@ -119,9 +115,7 @@ def fit_located(
     start: Array,
     path: WindPath | None = None,
 ) -> ErrorPlace:
-    """Fit with the error at its location.
-
-    It is the location that the options state, or the one that the log supports (`auto`).
+    """Fit with the error at the location that the options state, or that the log supports (`auto`).
 
     Parameters: log; options; structure, without altitude rows; obs; start, θ (p,); path of a
     drifting wind. Raises as `fit_covering` does.
@@ -219,7 +213,7 @@ def _of_triangle_and_height(
     near: FirstPass,
     both: Sequence[Array],
 ) -> Posterior:
-    """The answer for a static source: the `fit` of triangle and height together.
+    """Return the answer for a static source: the `fit` of triangle and height together.
 
     Where they differ more than by chance, neither is known to be the wrong one. The bound is then
     widened by no factor: the answer is the mixture of this fit and of the triangle's own (`bare`,
@@ -354,11 +348,10 @@ def _updated(
 
 
 def _chance(z: Array, left: Array) -> float:
-    """Probability of so large an estimate z of a standard normal vector.
+    """Return the probability of so large an estimate z of a standard normal vector.
 
-    Its posterior covariance is `left`.
-
-    Before the data are known, such an estimate has the covariance 1 − `left`.
+    Before the data are known, an estimate with the posterior covariance `left` has the covariance 1
+    − `left`.
     """
     gained, axes = np.linalg.eigh(np.eye(len(z)) - left)
     moved = gained > _LEAST_GAINED
@@ -369,7 +362,7 @@ def _chance(z: Array, left: Array) -> float:
 
 
 def _without_curve(rows: AltitudeRows, noise: Array, gain: float) -> tuple[Array, float]:
-    """The likely noise and the log evidence of the rows where the static pressure has no error.
+    """Return the likely noise and log evidence of the rows where the static pressure has no error.
 
     Where no noise near the given one brings it close to `gain`, the best of those noises is enough:
     the exact number would not change the decision.

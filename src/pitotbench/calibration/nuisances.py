@@ -130,7 +130,7 @@ _GUSTY = 2.0  # times its change, the mean pressure of a wind whose gusts are a 
 
 
 def _zero(rests: Sequence[Rest], stated: Accuracies, priors: Priors) -> Nuisance:
-    """The zero of the impact pressure, as it reads at rest.
+    """The zero of the impact pressure, as it reads at rest where the log has rows at rest.
 
     There a wind may blow into the tube, and until the flight the zero moves.
     """
@@ -222,10 +222,7 @@ def with_signs(answer: Posterior, nuisances: Sequence[Nuisance], first: int) -> 
 
 
 def _of_pressure(name: str, deviation: float, share: Share) -> Nuisance:
-    """An error of the static source beside the curve of level flight.
-
-    It is a share of the impact pressure.
-    """
+    """An error of the static source beside that of level flight, a share of the impact pressure."""
 
     def column(prediction: Prediction, obs: Observations) -> MetersPerSecond:
         load = load_factor(_across(prediction, obs))
@@ -250,9 +247,9 @@ def _turn_lift(obs: Observations) -> Share:
 
 
 def in_turns() -> Nuisance:
-    """An error of the static source in turns, as sideslip makes it.
+    """Return an error of the static source in turns, as sideslip makes it.
 
-    One is the impact pressure at 30° of bank, proportional to the tangent of the bank.
+    It grows with the tangent of the bank. Its unit is the impact pressure at 30° of bank.
     """
     return _of_pressure(
         "turns", 1.0, lambda impact, load: np.sqrt(load**2 - 1.0) / np.tan(30.0 * DEGREE)
@@ -274,10 +271,7 @@ _LEAST_TURNING, _ONE_SIDE = 0.1, 0.95  # of the rows, and of those that turn
 
 
 def side_of_turns(prediction: Prediction, obs: Observations) -> str:
-    """The side to which all turns of the rows are, `left` or `right`.
-
-    It is empty where they are to both, or few.
-    """
+    """Return the side of all turns, `left` or `right`; "" where they are to both, or few."""
     across = -_across(prediction, obs)
     turning = across[np.abs(across) > _BANKED]
     if len(turning) < _LEAST_TURNING * len(across):
@@ -287,9 +281,9 @@ def side_of_turns(prediction: Prediction, obs: Observations) -> str:
 
 
 def along_track(prediction: Prediction) -> Array:
-    """Change of the predicted airspeed per unit of wind toward north and east, (n, 2) [-].
+    """Return the change of predicted airspeed per unit of wind to north and east, (n, 2) [-].
 
-    It is minus the direction cosines of the air velocity.
+    Minus the direction cosines of the air velocity.
     """
     return prediction.wind_columns[:, :2] / prediction.slope[:, None]
 
@@ -335,10 +329,7 @@ def _both_axes(changes: Mapping[str, Change], deviation: float) -> tuple[Nuisanc
 
 
 def path_of_nuisances(nuisances: Sequence[Nuisance], values: Array, obs: Observations) -> Array:
-    """Return the wind that nuisances of given values (m,) add to each row.
-
-    It is toward north and east, (n, 2) [m/s].
-    """
+    """Return the wind, north and east, that nuisances (m,) add to each row, (n, 2) [m/s]."""
     added = np.zeros((len(obs), 2))
     for nuisance, value in zip(nuisances, values, strict=True):
         if nuisance.wind is not None:
@@ -370,9 +361,9 @@ def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerS
 
 
 def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
-    """Change of the predicted airspeed per second of GPS latency, (n,) [m/s].
+    """Return the change of predicted airspeed per second of GPS latency, (n,) [m/s].
 
-    It is the ground acceleration along it.
+    That is the ground acceleration along the airspeed.
     """
     return np.asarray(-np.einsum("na,na->n", along_track(prediction), obs.acceleration))
 

@@ -65,9 +65,7 @@ class RangeEnd:
 
 
 def range_end(log: FlightLog) -> RangeEnd | None:
-    """Return the end of the impact-pressure sensor's range as the log shows it.
-
-    None where it shows none.
+    """Return the end of the impact-pressure sensor's range, None where the log shows none.
 
     A reading at the end of the range is not a measurement. Leaving out the rows at the end alone
     would keep the lulls and lose the gusts, and the curve would be wrong by a part of the gusts. So
@@ -158,10 +156,7 @@ def usable_parts(log: FlightLog) -> UsableParts:
 
 
 def path_angle(log: FlightLog) -> Array:
-    """Return the angle of the path through the air above the horizon, (n,) [rad].
-
-    It is over 20 s about each row.
-    """
+    """Return the angle of the path through the air above the horizon, over 20 s, (n,) [rad]."""
     pressure = np.maximum(log.static_pressure, 1.0)
     group = np.floor((log.time - log.time[0]) / max(1.0, _FEWEST_TOGETHER * interval(log.time)))
     edges = np.flatnonzero(np.diff(group, prepend=-1.0))
@@ -269,10 +264,7 @@ class Observations:
         return replace(self.at(good), used=used)
 
     def as_held(self) -> "Observations":
-        """The same rows with the velocity as logged.
-
-        Each fix is held until the next, as in the paper.
-        """
+        """Return the same rows with each velocity fix held until the next, as in the paper."""
         return replace(
             self,
             velocity_north=self.held_north,
@@ -345,19 +337,18 @@ _HIGH_CLIMB = 500.0  # m: nor beyond this
 
 
 def wind_drifts(options: CalibrationOptions, obs: Observations) -> bool:
-    """Whether the wind of the rows drifts.
+    """Return whether the wind drifts: where asked for, or where it is checked on a long flight.
 
-    It does where asked for, or where it is checked and the flight is long.
+    A climb through much height counts as a long flight.
     """
     long = obs.time[-1] - obs.time[0] > _LONG_FLIGHT or float(np.ptp(obs.height())) > _HIGH_CLIMB
     return options.wind == "drifting" or (options.wind == "checked" and bool(long))
 
 
 def parts_of(log: FlightLog, options: CalibrationOptions) -> UsableParts:
-    """Return the usable parts of a log.
+    """Return the usable parts of a log: all of it where the user has chosen the rows.
 
-    It is all of it where the user has chosen the rows, those on condition, or has stated the
-    slowest airspeed.
+    That choice is the rows on condition, or the slowest airspeed.
     """
     chosen = options.on_condition or options.slowest is not None
     return _every_row(log) if chosen else usable_parts(log)
@@ -403,10 +394,7 @@ def usable_rows(
 
 
 def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
-    """Return in words the limits that leave out most rows in flight.
-
-    They are limits of Mach and ground speed; "" where they do not.
-    """
+    """Return in words the limits of Mach and ground speed that leave out most rows, "" for none."""
     free = replace(options, mach_max=None, ground_speed_min=0.0)
     found = usable_rows(log, free).rows
     share = 1.0 - float(usable_rows(log, options).rows.sum()) / max(int(found.sum()), 1)
@@ -497,11 +485,10 @@ _RATE_OVER = 2.0  # s: short against a turn, long against the noise of a velocit
 
 
 def _acceleration(time: Seconds, velocity: Array, stretch: NDArray[np.intp]) -> Array:
-    """The change of velocities (2, n) over two seconds around each row, (n, 2) [m/s²].
+    """Return the change of velocities (2, n) over two seconds around each row, (n, 2) [m/s²].
 
-    It is taken within the row's stretch; 0 for a row alone.
-
-    The rows must lie between fixes: a velocity is held beyond the last, as if a turn ended there.
+    Only the row's own stretch counts; a row alone has 0. The rows must lie between fixes: a
+    velocity is held beyond the last, as if a turn ended there.
     """
     edges = np.flatnonzero(np.diff(stretch, prepend=-1, append=stretch[-1] + 1))
     first, last = time[edges[:-1]], time[edges[1:] - 1]
@@ -559,10 +546,9 @@ class Blocks:
 
 
 def block_length(obs: Observations) -> float:
-    """Length of a block [s].
+    """Return the length of a block [s]: 0.5, 1, 2 or 4 s, and more for over 5,000 blocks.
 
-    It is 0.5, or with data of two minutes or more 1, of eight 2, of an hour 4, and more where there
-    would be over 5,000 blocks.
+    It is 1 s for data of two minutes or more, 2 s of eight, 4 s of an hour.
     """
     duration = len(obs) * float(np.median(np.diff(obs.time)))
     if duration > _LONGEST:

@@ -98,8 +98,8 @@ def accuracies_of(stated: Stated, header: Mapping[str, object]) -> Accuracies:
 def parse_accuracies(text: str) -> dict[str, float]:
     """Read accuracies from text such as `temperature_k=1,static_pressure_pa=40`.
 
-    With `none` among them, all accuracies that are not named are zero. Raises BadInputError for an
-    unknown name, with the known ones, or for a value that is not a number.
+    Where `none` is among them, all accuracies that are not named are zero. Raises BadInputError for
+    an unknown name, with the known ones, or for a value that is not a number.
     """
     parts = [part.strip() for part in text.split(",") if part.strip()]
     known = {f.name: 0.0 for f in fields(Accuracies)} if NONE in parts else {}
@@ -160,11 +160,10 @@ def _column(value: float, unit: str, usual: tuple[float, float], source: str) ->
 
 @dataclass(frozen=True, slots=True)
 class Priors:
-    """The numbers of the priors, each a field with unit, usual range and source in its metadata.
+    """The priors of what a log says little of: the air, the receiver's height, the curve's shape.
 
-    They are of what a log says little of: the air, the receiver's height, the curve's shape. The
-    answer hardly depends on one that the log contradicts clearly; in a short log or in smooth air
-    it does.
+    Each field has its unit, usual range and source in its metadata. The answer hardly depends on
+    one that the log contradicts clearly; in a short log or in smooth air it does.
 
     A name that ends in `factor` is one standard deviation of a log-normal prior, as a factor; the
     other standard deviations are those of half-normal priors, or 1σ. Those of a column (`COLUMNS`)
@@ -264,9 +263,9 @@ def priors_of(stated: StatedPriors, header: Mapping[str, object] = MappingProxyT
 
 
 def stated_of(priors: StatedPriors) -> dict[str, float]:
-    """Return the priors that somebody stated, by name.
+    """Return the priors that somebody stated, by name; of a whole record those that are not usual.
 
-    Of a whole record they are those that are not usual. Raises as `priors_of`.
+    Raises as `priors_of`.
     """
     if isinstance(priors, Mapping):
         return _numbers("prior", priors, fields(Priors), "gust_length_m = 300")
@@ -310,12 +309,10 @@ class StatedWind:
 
 
 def stated_wind(text: str) -> StatedWind | None:
-    """Return the wind of a text such as `0`, `8@250` or `8±1@250`.
+    """Return the wind of a text such as `0`, `8@250` or `8±1@250`, None for another text.
 
-    It is in kt from °, with 2σ after the sign; None for another text.
-
-    Without `±` it has 2 kt (2σ). Raises BadInputError for a wind without its direction, and for one
-    that never blows.
+    The text has the speed in kt, its 2σ after the sign, and where it is from in °. Without `±` the
+    2σ is 2 kt. Raises BadInputError for a wind without its direction, and for one that never blows.
     """
     found = _STATED_WIND.fullmatch(text.strip())
     if found is None:
@@ -357,8 +354,8 @@ class CalibrationOptions(CalibrationChoices):
     wind: `constant`; `checked`, constant or changing, averaged by evidence, with a warning where
     the log shows a change; `linear` in time, and in height where the log climbs; `drifting`, a slow
     Gauss-Markov process whose size is estimated (method `covering`); or a stated one, constant with
-    a prior, as `stated_wind` reads it. gps_latency [s]: time by which
-    GPS velocity is stamped late; it is subtracted.
+    a prior, as `stated_wind` reads it.
+    gps_latency [s]: time by which GPS velocity is stamped late; it is subtracted.
     latency: `given`; `checked`, a column with a prior; `estimated`, the same, which refuses a log
     that does not determine it.
     robust: leave out faulty rows and list them.
@@ -407,10 +404,7 @@ class CalibrationOptions(CalibrationChoices):
 
 
 def require_model(name: str) -> None:
-    """Raise UnknownNameError unless a model of the table has this name.
-
-    Or the name stands for the smooth curve.
-    """
+    """Raise UnknownNameError unless a model of the table, or the smooth curve, has this name."""
     if name not in (*MODELS, *_NOW_SMOOTH):
         raise UnknownNameError(explain(MODELS.kind, name, [*MODELS, AUTO]))
 
@@ -458,8 +452,8 @@ _READ: dict[str, Callable[[str], dict[str, object]]] = {  # what is neither text
 def choices_of(texts: Mapping[str, Any]) -> dict[str, Any]:
     """Return the choices by name that texts state, as the flags take them.
 
-    There is a text or None for each option; a switch is any text. Raises BadInputError for a text
-    that cannot be read.
+    `texts` has a text or None for each option; a switch is any text. Raises BadInputError for a
+    text that cannot be read.
     """
     found: dict[str, Any] = {}
     for each in asked_fields(CalibrationChoices):

@@ -1,6 +1,4 @@
-"""Output error as in the paper: maximum likelihood with white residuals.
-
-Their covariance is re-estimated.
+"""Output error as in the paper: maximum likelihood, white residuals of re-estimated covariance.
 
 Klein and Morelli, Aircraft System Identification, 2006, ch. 6 (Gauss-Newton with the modified
 Newton-Raphson information matrix); Martos, Kiszely and Foster (2011) used the routine of the same
@@ -102,10 +100,7 @@ def _at_start(outputs: Outputs, start: Array) -> tuple[Array, Array]:
 
 
 def _condition_number(information: Array, scale: Array) -> float:
-    """Condition number of the scaled information matrix.
-
-    It is infinite where a parameter changes no output.
-    """
+    """Return the scaled information's condition number, infinite for a parameter without effect."""
     if not np.all(np.isfinite(information)) or not np.all(scale > 0.0):
         return float("inf")
     return float(np.linalg.cond(information / np.outer(scale, scale)))
@@ -210,9 +205,9 @@ def fit_scalar(
 
 
 def airspeed_outputs(model: PredictionModel, obs: Observations) -> Outputs:
-    """Return the function of θ that gives the residual of indicated airspeed.
+    """Return a function of θ that gives the indicated airspeed's residual, (1, n) [m/s].
 
-    It gives the residual, (1, n) [m/s], and the Jacobian.
+    The function gives the Jacobian as well.
     """
     measured = air.calibrated_airspeed(obs.impact_pressure)
 

@@ -21,10 +21,10 @@ _CHANCE = 0.01  # of a change where there is none, below which it is named
 def over_dates(
     names: Sequence[str], logs: Sequence[Sequence[CalibratedFlight]]
 ) -> OverDates | None:
-    """Return the corrections over dates, of the flights of each log by itself.
+    """Return the corrections over dates, or None for too few dates or no airspeed in common.
 
-    None for fewer than three logs with a date and an answer that may be used, and where they share
-    no airspeeds.
+    The flights of each log are one correction. Too few are less than three logs with a date and an
+    answer that may be used.
     """
     found = []
     for name, flights in zip(names, logs, strict=True):
@@ -62,15 +62,12 @@ def over_dates(
 def change_of(
     airspeed: MetersPerSecond, correction: MetersPerSecond, two_sigma: MetersPerSecond
 ) -> DatedChange | None:
-    """Return the clearest change of the corrections (n, c) of flights in their order.
-
-    None where chance may have made it.
+    """Return the clearest change of flights' corrections (n, c) over time, None for chance.
 
     The weighted means before and after each flight are compared at each airspeed. Flights that
     scatter by more than their 2σ widen the comparison (Birge, Physical Review 40, 1932); what they
-    state counts as some flights of that scatter.
-    The chance is that of the clearest of all comparisons (Bonferroni): errors that all flights
-    share cancel, so that it is rather too large.
+    state counts as some flights of that scatter. The chance is that of the clearest of all
+    comparisons (Bonferroni): errors that all flights share cancel, so that it is rather too large.
     """
     weight = 4.0 / two_sigma**2
     places = range(1, len(correction))

@@ -1,7 +1,4 @@
-"""The air data that a ground velocity, a wind and an error curve predict, and the curve as a function.
-
-Its Jacobian is exact.
-"""
+"""The air data predicted by ground velocity, wind and error curve, with an exact Jacobian."""
 
 from dataclasses import dataclass
 
@@ -129,10 +126,7 @@ class _Work:
         self._ratio, self._ratio_slope, self._by_ratio = self.jacobian[:, :3].T
 
     def place(self, rows: slice) -> None:
-        """Find the impact pressure of the ground velocity less the wind.
-
-        It is a share of the static pressure.
-        """
+        """Find the impact pressure of ground velocity less wind, also over the static pressure."""
         obs = self._obs
         north, east, down = self._through_air(rows)
         self._ratio[rows], self._ratio_slope[rows], self.speed[rows] = _pressure_ratio(
@@ -189,7 +183,7 @@ class _Work:
 def _pressure_ratio(
     north: Array, east: Array, down: Array, probe_temperature: Kelvin, probe_heating: float
 ) -> tuple[Array, Array, Array]:
-    """q_c/p of an air velocity, its derivative with respect to V², and V [m/s].
+    """Return q_c/p of an air velocity, its derivative with respect to V², and V [m/s].
 
     From V² = M² γRT and T_t = T(1 + 0.2 r M²): M² = V²/(γR T_t − 0.2 r V²).
     """
@@ -209,9 +203,7 @@ _SLACK_KT = 1.5  # a round airspeed this far outside the data still counts as co
 
 @dataclass(frozen=True, slots=True)
 class CurveMap:
-    """The curve and its gradients as functions of the error parameters k (K,).
-
-    They are at fixed indicated airspeeds (c,).
+    """A curve at indicated airspeeds (c,), with its gradients, by the error parameters k (K,).
 
     `indicated_airspeed` [m/s] is the raw reading. `zero` [Pa] is the zero offset of the impact
     pressure in it; q_ci is the reading minus the offset.
@@ -222,10 +214,7 @@ class CurveMap:
     zero: float = 0.0
 
     def impact_pressure(self) -> Pascal:
-        """q_ci at the curve's airspeeds [Pa], (c,).
-
-        It is the pressure at the ports, without the sensor's zero offset.
-        """
+        """Return q_ci at the curve's airspeeds, less the sensor's zero offset, (c,) [Pa]."""
         return air.impact_pressure(self.indicated_airspeed) - self.zero
 
     def basis(self) -> Array:

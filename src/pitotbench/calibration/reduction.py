@@ -131,10 +131,9 @@ class Reduction:
 
 @dataclass(frozen=True, slots=True)
 class CurveScale:
-    """Where a curve is described.
+    """The reference pressure q_ref [Pa] of a curve, and the flown range of x = q_ci/q_ref.
 
-    Its reference pressure q_ref [Pa], and the flown range `low` to `high` of x = q_ci/q_ref,
-    without the outermost thousandths.
+    The range is `low` to `high`, without the outermost thousandths.
     """
 
     reference_pressure: float
@@ -190,7 +189,7 @@ def reduce_log(
 def _require_observable(model: PredictionModel, obs: Observations, log: FlightLog) -> None:
     """Raise NoAnswerError where the rows do not determine the answer.
 
-    It names the sensor's range if that is why.
+    The message names the end of the sensor's range where the log shows one.
     """
     try:
         require_observable(model, obs)
@@ -204,9 +203,9 @@ def _require_observable(model: PredictionModel, obs: Observations, log: FlightLo
 def _relevant_assumptions(
     assumed: tuple[Assumption, ...], options: CalibrationOptions, reduction: Reduction
 ) -> tuple[Assumption, ...]:
-    """The accuracies that the bound of this log depends on.
+    """Return the accuracies that the bound of this log depends on.
 
-    They are the usual names, others that are not zero, and what the rows at rest say.
+    The usual names, others that are not zero, and what the rows at rest say.
     """
     obs = reduction.observations
     at_rest = {n.name: 2.0 * n.measured[1] for n in reduction.nuisances if n.measured is not None}
@@ -257,10 +256,7 @@ def flown_range(obs: Observations, reference_pressure: float) -> tuple[float, fl
 
 
 def reference_of(observed: Sequence[Observations]) -> float:
-    """Return the usual reference pressure [Pa].
-
-    For fast airplanes it is the median of the data, rounded.
-    """
+    """Return the reference pressure [Pa]: the usual one, of fast airplanes the rounded median."""
     middle = float(np.median(np.concatenate([obs.impact_pressure for obs in observed])))
     if middle < _FULL_SCALE_RATIO * REFERENCE_PRESSURE:
         return REFERENCE_PRESSURE
@@ -310,9 +306,9 @@ def _in_parameters_of(
 def _screened(
     model: PredictionModel, obs: Observations, robust: bool, near: FirstPass | None
 ) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
-    """The good rows, the white fit to them, and the numbers of the rows left out, (k,).
+    """Return the good rows, the white fit to them, and the numbers of the rows left out, (k,).
 
-    Of a drifting wind the path found `near` the answer is taken from the rows that are fitted and
+    A drifting wind's path, found `near` the answer, is taken from the rows that are fitted and
     screened.
     """
     flown, start = obs, None
@@ -335,9 +331,9 @@ def _screened(
 def _along_path(
     model: PredictionModel, options: CalibrationOptions, obs: Observations
 ) -> FirstPass | None:
-    """The first pass with a drifting wind, from the constant one that fits best.
+    """Return the first pass with a drifting wind, None for another wind.
 
-    None for another wind.
+    It starts from the constant wind that fits best.
     """
     if options.method != "covering" or not wind_drifts(options, obs):
         return None
@@ -436,7 +432,7 @@ _LEAST_KNOWN = 0.04
 
 
 def _latency(reduction: Reduction, found: Posterior) -> LatencyFound | None:
-    """The latency of the GPS velocity by the log alone, without its prior; None where it is given.
+    """Return the latency of the GPS velocity by the log without its prior, None where it is given.
 
     It is negative where the air data trail. The 2σ is infinite where the log does not determine it:
     it shows where the airplane accelerates over the ground along the airspeed.
@@ -504,11 +500,10 @@ def _warnings(
 
 
 def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | None) -> bool:
-    """Whether a warning of turned axes tells of a latency only.
+    """Return whether a latency alone explains a warning of turned axes.
 
-    As the airplane turns, a late track is turned back.
-
-    A latency that is known to be none, or not known at all, explains nothing.
+    As the airplane turns, a late track is turned back. A latency that is known to be none, or not
+    known at all, explains nothing.
     """
     if caution.code != "axes turned" or log.heading is None or latency is None:
         return False
@@ -555,7 +550,7 @@ def _wind_warning(change: WindChange) -> Caution:
 def one_thread() -> Iterator[None]:
     """Limit the linear-algebra libraries to one thread within the context.
 
-    It is faster for arrays of this size, and gives the same digits on any number of cores.
+    One thread is faster for arrays of this size, and gives the same digits on any number of cores.
     """
     with _controller().limit(limits=1):
         yield

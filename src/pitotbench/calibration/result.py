@@ -1,7 +1,4 @@
-"""The Calibration assembled from a reduction by either method.
-
-It has the steps of a display in its bound.
-"""
+"""Assemble the Calibration from a reduction by either method; a display's steps widen its bound."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -111,10 +108,10 @@ _DOUBTED = 5.0  # K, of a probe: what a user can be asked to rule out
 
 
 def _day(reduction: Reduction, shares: Sequence[Share], curve: CurveMap) -> DayTemperature | None:
-    """What the temperature is, and what a probe that is off by 5 K would do.
+    """Return what the temperature is, and what a probe that is off by 5 K would do to the curve.
 
-    It is what lies beyond what the log shows of it, at all airspeeds or at the slowest alone. None
-    where the temperature is assumed, or stated as exact.
+    The latter is what the log does not show of such an error, at all airspeeds or at the slowest
+    alone. None where the temperature is assumed, or stated as exact.
     """
     obs, stated = reduction.observations, accuracies_of(reduction.options.accuracies, {})
     part = next((each for each in shares if each.name == "temperature_k"), None)
@@ -411,9 +408,8 @@ _ORDERS = np.arange(1.0, 51.0)
 def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
     """Return a calibration whose curve has the steps of the log's display in its bounds.
 
-    It is as it is without any.
-
-    The header's table `display` holds the steps: `airspeed_mps` and `ground_speed_mps`.
+    The header's table `display` holds the steps: `airspeed_mps` and `ground_speed_mps`. A log
+    without a display comes back unchanged.
     """
     steps = log.header.get("display", {})
     if not isinstance(steps, Mapping) or not steps:
@@ -441,20 +437,18 @@ def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
 def display_two_sigma(
     log: FlightLog, indicated_airspeed: MetersPerSecond, steps: Mapping[str, float]
 ) -> MetersPerSecond:
-    """Return 2σ [m/s] that the steps of a display leave in the correction.
+    """Return the 2σ of corrections at indicated airspeeds that a display's steps leave, (c,) [m/s].
 
-    It is at indicated airspeeds, (c,) [m/s].
-
-    It is what the residual of a log cannot show. On a steady leg a display shows one number, which
-    is wrong by up to half a step and never scatters. Near each airspeed the mean of the readings
-    errs as the mean of so many independent rounding errors as there are different readings; a
-    reading that stands for long counts once. Where gusts move the reading to and fro, its rounding
-    errors change from row to row. They are then part of the residual, which the bound already
-    holds, and their mean is nearly zero. With a scatter of σ steps the share of the mean's variance
-    that stays is the sum over k of 6/(π k)² |φ(2π k)|², where φ is the characteristic function of
-    what moves the reading (B. Widrow and I. Kollár, Quantization Noise, 2008). No shape is assumed
-    for it: the share is that of a sinusoid, whose envelope |φ(2π k)|² <= 1/(√2 π² k σ) falls
-    slowest of the usual ones.
+    The residual of a log cannot show it. On a steady leg a display shows one number, which is wrong
+    by up to half a step and never scatters. Near each airspeed the mean of the readings errs as the
+    mean of so many independent rounding errors as there are different readings; a reading that
+    stands for long counts once. Where gusts move the reading to and fro, its rounding errors change
+    from row to row. They are then part of the residual, which the bound already holds, and their
+    mean is nearly zero. With a scatter of σ steps the share of the mean's variance that stays is
+    the sum over k of 6/(π k)² |φ(2π k)|², where φ is the characteristic function of what moves the
+    reading (B. Widrow and I. Kollár, Quantization Noise, 2008). No shape is assumed for it: the
+    share is that of a sinusoid, whose envelope |φ(2π k)|² <= 1/(√2 π² k σ) falls slowest of the
+    usual ones.
     """
     speed = np.asarray(air.calibrated_airspeed(log.impact_pressure))
     variance = np.zeros(len(indicated_airspeed))
@@ -478,9 +472,7 @@ def display_two_sigma(
 
 
 def share_that_stays(time: Seconds, reading: Array) -> Array:
-    """Return the share of the rounding variance that the mean of a reading keeps.
-
-    It is (n,), from 0 to 1.
+    """Return the share, 0 to 1, of the rounding variance that a reading's mean keeps, (n,).
 
     `reading` (n,) is in steps. A reading that stands still keeps 1. The scatter is taken within
     windows of ten seconds, less the variance of the rounding itself (Sheppard's correction); a

@@ -107,9 +107,9 @@ def with_scale(result: Calibration, log: FlightLog) -> Calibration:
 
 
 def _of_curve(result: Calibration) -> Scale:
-    """The factor that the curve holds.
+    """Return the factor on the airspeed that the curve holds.
 
-    Its ratios of calibrated and indicated airspeed over the speeds of the log are one factor and,
+    The ratios of calibrated and indicated airspeed over the speeds of the log are one factor and,
     at each of them, the airplane's own error. A zero that was read at rest is none of the factor.
     """
     curve, flown = result.curve, np.quantile(result.residuals.indicated_airspeed, _OVER)
@@ -152,9 +152,9 @@ def _density(distance: float, spread: float) -> float:
 
 
 def _true_airspeed(result: Calibration, log: FlightLog) -> list[_Cause]:
-    """A true airspeed in the column of the indicated one.
+    """Return the cause that the column has true airspeed, if that would explain the curve.
 
-    It counts where it would leave no more of the curve than an airplane's own error.
+    Then no more of the curve would be left than an airplane's own error.
     """
     static, shown = float(np.median(log.static_pressure)), result.curve.indicated_airspeed
     height = air.pressure_altitude(static)
@@ -179,9 +179,9 @@ def _factor_words(scale: Scale) -> str:
 
 
 def _settings(result: Calibration, scale: Scale) -> str:
-    """The factor as the parameter of an autopilot.
+    """Return the factor in words as an autopilot's parameter.
 
-    It is the value that `--params` gives, where it gives one.
+    The value is that of `--params`, where that gives one.
     """
     recorded = result.autopilot or RecordedAutopilot({})
     if name := autopilot_of(recorded.parameters, recorded.sensor):

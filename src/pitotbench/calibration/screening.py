@@ -76,19 +76,16 @@ def _suspicious(model: PredictionModel, obs: Observations, theta: Array) -> bool
 
 
 def _residual(model: PredictionModel, obs: Observations, theta: Array) -> Array:
-    """Measured minus predicted indicated airspeed [m/s].
-
-    It is 1000 m/s where the model has no prediction.
-    """
+    """Return measured minus predicted indicated airspeed [m/s], 1000 without a prediction."""
     with np.errstate(invalid="ignore"):
         predicted = air.calibrated_airspeed(model.predict(theta, obs).indicated)
     return np.nan_to_num(air.calibrated_airspeed(obs.impact_pressure) - predicted, nan=_NOWHERE)
 
 
 def _median_fit(model: PredictionModel, obs: Observations, good: Booleans) -> Array:
-    """Fit output error to one row per good second.
+    """Fit output error to the row of each good second with the median residual.
 
-    It is that with the median residual, so that spikes have no effect.
+    Spikes have no effect on it.
     """
     kept = obs.select(good)
     theta = np.zeros(model.count)

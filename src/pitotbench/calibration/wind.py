@@ -100,9 +100,7 @@ def heading_rows(
 
 
 def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
-    """White noise and a slow wander, by the usual differences of rows.
-
-    They are those of neighbors, and of rows some time after one another.
+    """Return white noise and a slow wander by differences of neighbors and of rows further apart.
 
     Medians of differences do not see a single change of the wind.
     """
@@ -302,11 +300,9 @@ def check_gain(
     answer: Posterior,
     change: WindChange | None,
 ) -> tuple[Caution, ...]:
-    """Warn of a step of the impact pressure's factor that the log shows.
+    """Warn of a step of the impact pressure's factor that neither wind nor chance explains.
 
-    It is one that no wind and no chance explains.
-
-    It is only warned of: where each speed is flown once it is hard to separate from a curve, and an
+    The answer stays: where each speed is flown once a step is hard to separate from a curve, and an
     average over it would widen the bound of every log.
     """
     obs, blocks = _slow_rows(every)
@@ -349,9 +345,7 @@ def check_gain(
 
 
 def _by_own_scatter(problem: Regression, column: Array, time: Seconds) -> float:
-    """How many of its standard errors a column's size is from zero.
-
-    They are by the scatter of the rows around it.
+    """Return by how many standard errors, from the rows' own scatter, a column's size is off zero.
 
     Gusts that come in bursts make a step where they are strong; the error of blocks of 30 s sees
     that (Liang and Zeger 1986).
@@ -374,9 +368,8 @@ def _averaged(
 ) -> Posterior:
     """Return the mixture over a constant wind, of weight `steady`, and the changes.
 
-    Their weights are (noises, changes).
-
-    The wind, from the place `first` on, is its mean over the log.
+    The weights of the changes are (noises, changes). The wind, from the place `first` on, is its
+    mean over the log.
     """
     shares = _CHANGES * np.exp(weighed.odds - max(weighed.log_factor, 0.0))
     mean_wind = np.zeros((len(answer.mean), 2 * len(shapes.means)))
@@ -466,10 +459,7 @@ def _shapes(blocks: Blocks) -> _Shapes | None:
 
 
 def _spread(number: NDArray[np.intp], duration: float, memory: float) -> Array:
-    """Standard deviations of the cosines' coefficients.
-
-    They are by the spectrum of a Gauss-Markov process of unit size.
-    """
+    """Return deviations of the cosines' coefficients by a unit Gauss-Markov process' spectrum."""
     power = 1.0 / (1.0 + (np.pi * number * memory / duration) ** 2)
     return np.asarray(np.sqrt(2.0 * power / np.sum(power)))
 
@@ -517,9 +507,9 @@ def _evidence(
 
 
 def _changing(effects: Array, of_time: Array) -> Array:
-    """Columns (blocks, 2 s) of changes toward north, then toward east.
+    """Return the columns (blocks, 2 s) of changes in time: toward north, then toward east.
 
-    They come from the effects of both (blocks, 2).
+    `effects` (blocks, 2) are those of a constant wind.
     """
     return np.concatenate([effects[:, :1] * of_time, effects[:, 1:] * of_time], axis=1)
 

@@ -51,9 +51,7 @@ def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
 
 
 def correlated(blocks: Blocks, correlation_time: float, values: Array) -> Array:
-    """Multiply values of the blocks, (blocks, m), by the process's correlations.
-
-    They are a matrix (blocks, blocks).
+    """Multiply values of the blocks, (blocks, m), by the process's correlations (blocks, blocks).
 
     A pass forward and one backward take the place of the matrix, which for a long flight would be
     large.
@@ -98,12 +96,12 @@ class MeanWind:
 def mean_wind(
     noise: Noise, problem: Regression, kernel: Array, deviation: float, first: int
 ) -> MeanWind:
-    """The mean wind of a problem whose wind columns begin at `first`.
+    """Return the mean wind of a problem whose wind columns begin at `first`.
 
-    It is the mean over the rows of the log, not the level W of the process: the wind is W + w(t),
-    with w a Gauss-Markov process. The data determine its mean over the flight far better than W.
-    With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the estimate of W
-    (Goldberger 1962; Robinson, "That BLUP is a good thing", Statistical Science 6, 1991).
+    The mean is over the rows of the log, not the level W of the process: the wind is W + w(t), with
+    w a Gauss-Markov process. The data determine its mean over the flight far better than W. With G
+    = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the estimate of W (Goldberger
+    1962; Robinson, "That BLUP is a good thing", Statistical Science 6, 1991).
 
     Parameters: noise, which includes the process; problem; kernel (n,), see `kernel_means`;
     deviation, the standard deviation of the process [m/s]; first.

@@ -80,12 +80,12 @@ def compare_cards(
 
 
 def control_activity_difference(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
-    """Return how far the hand that flew a log is from that of some flights of its card.
+    """Return how far the hand that flew a log is from that of some flights of its card [-].
 
-    It is the root mean square, over bank, pitch and heading, of the logarithm of how much more they
-    move to and fro within the segments. Two flights by one hand are some 0.15 apart, the autopilot
-    alone and a good pilot 0.6, a good pilot and a busy one 0.4 (three flights each of three cards).
-    0 where the logs have no segments in common.
+    The root mean square, over bank, pitch and heading, of the logarithm of how much more they move
+    to and fro within the segments. Two flights by one hand are some 0.15 apart, the autopilot alone
+    and a good pilot 0.6, a good pilot and a busy one 0.4 (three flights each of three cards). 0
+    where the logs have no segments in common.
     """
     labels = _common(measured, flights)
     own, others = _to_and_fro(measured, labels), [_to_and_fro(log, labels) for log in flights]
@@ -95,13 +95,11 @@ def control_activity_difference(measured: FlightLog, flights: Sequence[FlightLog
 
 
 def gust_difference(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
-    """Return how much more the load factor of a log shakes than that of its card.
+    """Return the logarithm of how much more a log's load factor shakes than on flights of its card.
 
-    It is a logarithm over some flights of the card.
-
-    Gusts shake it within a second, and no hand does. It is 0.35 between smooth air and light
-    turbulence, and 1.0 between light and moderate turbulence (circles of 20 Hz). Infinite where a
-    log has no load factor.
+    Its sign is dropped. Gusts shake the load factor within a second, and no hand does. The
+    logarithm is 0.35 between smooth air and light turbulence, and 1.0 between light and moderate
+    turbulence (circles of 20 Hz). Infinite where a log has no load factor.
     """
     own, others = _shaking(measured), [_shaking(log) for log in flights]
     if own is None or any(each is None for each in others):
@@ -162,9 +160,9 @@ def _parts(log: FlightLog, labels: Sequence[str]) -> Parts:
 def _features(
     label: str, measured: Parts, simulated: Sequence[Parts], patched: Sequence[Parts]
 ) -> list[Feature]:
-    """The features of one segment.
+    """Return the features of a segment; their deviation is that of flights of one airplane.
 
-    Their deviation is that of flights of one airplane around their mean.
+    Each flight deviates from the mean of its group.
     """
     in_flight = features_of(measured[label])
     before = [features_of(parts[label]) for parts in simulated]

@@ -1,6 +1,6 @@
 """The cells in which a gap is located: a channel, and a phase of flight or a variable.
 
-They are columns without physics, fitted as the effects are, so that both have significances in the
+Cells are columns without physics, fitted as the effects are, so that both have significances in the
 same units: a gap that cells show and no effect explains is real, with an unknown cause. Phases and
 variables come from the clean track, because a variable that contains the gusts, such as the angle
 of attack, is correlated with the residuals by its noise.
@@ -88,10 +88,7 @@ def _mean_around(values: Array, rows: NDArray[np.intp], half: int = MEAN_HALF_RO
 
 
 def flight_variables(track: Track, grid: Grid) -> dict[str, Array]:
-    """Return the variables that a gap may follow, at the instants, (n,) each.
-
-    They are in SI units and radians.
-    """
+    """Return the variables that a gap may follow, at the instants, (n,) each [SI, radians]."""
     values = {"airspeed": grid.smooth(true_airspeed_along(track)), "time": track.time[grid.rows]}
     sources = {"bank": "roll", "altitude": "altitude", "power": "manifold_pressure_left"}
     for name, source in sources.items():

@@ -77,10 +77,7 @@ def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
 
 
 def _total_temperature(track: Track, smooth: Track) -> Mapping[str, Array]:
-    """Total temperature whose quick changes come from height and airspeed.
-
-    Those of the sensor's noise are left out.
-    """
+    """Return the total temperature with quick changes by height and airspeed, not by its sensor."""
     if "total_temperature" not in track:
         return {}
     standard = air.standard_temperature(air.pressure_altitude(smooth["static_pressure"]))

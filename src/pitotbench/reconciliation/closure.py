@@ -55,10 +55,10 @@ def joined_closure(closures: Iterable[Closure]) -> Closure:
 
 
 def closes(closure: Closure) -> bool:
-    """Whether effects close enough of the gap of a log that their sizes were not fitted to.
+    """Return whether effects close enough of the gap of a log that their sizes were not fitted to.
 
-    They do where what is left of the gap is within chance: a log that shows little of an effect
-    says little of it, and so do sizes that are hardly known.
+    What is left within chance is enough: a log that shows little of an effect says little of it,
+    and so do sizes that are hardly known.
     """
     by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * closure.chance
     return closure.share >= THRESHOLDS.closure_lowest or closure.after - closure.noise < by_chance

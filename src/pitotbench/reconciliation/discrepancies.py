@@ -1,7 +1,4 @@
-"""Smooth discrepancies of unknown form.
-
-They tell how probable a log is where the cells of some channels have sizes that nobody has written
-down.
+"""Smooth discrepancies of unknown form: the evidence of a log with cells of unwritten sizes.
 
 A place has some hundred cells, and a fit asks for their evidence given each hypothesis, in five
 sizes, at two powers of the likelihood. The cells are turned once into axes that are independent
@@ -39,12 +36,11 @@ class Discrepancy:
     def log_evidences(
         self, marginal: Marginal, hypotheses: Sequence[tuple[Sequence[int], Array]]
     ) -> list[float]:
-        """Return the logarithm of prior times evidence of the discrepancy, in any of its sizes.
+        """Return ln of prior times evidence of the discrepancy, in any size, by hypothesis.
 
-        Each of some hypotheses is in the fit as well as the members that are fitted with it.
-
-        A hypothesis has some columns, (q,), with prior deviations, (q,); none of them stand for the
-        members alone.
+        Each hypothesis is in the fit as well as the members that are fitted with it. A hypothesis
+        has some columns, (q,), with prior deviations, (q,); none of them stand for the members
+        alone.
         """
         inner, cells = marginal.left.inner, list(self.cells)
         rows = [*(c for columns, _ in hypotheses for c in columns), -1]

@@ -25,9 +25,7 @@ INSTANTS = 16  # of a part
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Sizes of some columns, (k,), fitted together with the free parameters.
-
-    Their covariance is (k, k).
+    """Sizes of some columns, (k,), fitted with the free parameters, and their covariance (k, k).
 
     `gain` is the fall of the sum of squares by these columns.
     """
@@ -104,10 +102,7 @@ class NormalEquations:
         return self.free_estimates(columns)[0]
 
     def free_estimates(self, columns: Sequence[int] = ()) -> tuple[Array, Array]:
-        """Return the sizes of the free parameters and their deviations, (k,) each.
-
-        They are fitted together with some columns.
-        """
+        """Return the free parameters' sizes and deviations, (k,) each, fitted with some columns."""
         k, found = self.free, self._with_free(self.products.sum(axis=0), columns)
         return found.mean[:k], np.sqrt(np.diag(found.covariance))[:k]
 
@@ -183,9 +178,9 @@ def shortness_of(layout: Layout) -> float:
 
 
 def scaled_to(noise: NoiseModel, layout: Layout) -> NoiseModel:
-    """Return a noise model with the level of innovations of this log, where that is higher.
+    """Return a noise model with the innovations' level of this log, where that is higher.
 
-    It is judged by their median. That of maneuvers is their own.
+    The level is judged by their median. Maneuvers keep the noise model, which is their own.
     """
     if layout.setting.maneuvers:
         return noise
@@ -213,9 +208,9 @@ def whitened_equations(
 
 
 def whitened_columns(layout: Layout, noise: NoiseModel, with_cells: bool = True) -> Array:
-    """Return all columns of a log, whitened, (n, c, m).
+    """Return all columns of a log whitened, the residuals last, (n, c, m).
 
-    They are the free parameters, the signatures, the cells and, last, the residuals.
+    The columns are the free parameters, the signatures, the cells and the residuals.
     """
     place = layout.grid, layout.residuals.slack
     whiten = noise.whitener(*place)
@@ -226,7 +221,7 @@ def whitened_columns(layout: Layout, noise: NoiseModel, with_cells: bool = True)
 
 
 def _without_cells(layout: Layout) -> Array:
-    """Residuals without free parameters and without the means of the cells, (n, c).
+    """Return residuals less free parameters and means of the cells, (n, c).
 
     So a gap that has a place does not count as noise.
     """

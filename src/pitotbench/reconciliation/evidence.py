@@ -27,10 +27,7 @@ SMALLEST = 1e-300  # sum of squares of an empty column, so that it can be divide
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """The prior of the sizes of one effect.
-
-    It has typical values, plausible ranges and least scales, (k,) each.
-    """
+    """The prior of one effect's sizes: typical values, plausible ranges, least scales, (k,)."""
 
     typical: Array
     low: Array
@@ -55,10 +52,9 @@ def widest(size: Parameter) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Weighed:
-    """An effect weighed.
+    """An effect weighed: ln of its evidence, its sizes (k,), and the prior deviations (k,).
 
-    It has the logarithm of its evidence, its sizes, (k,), and the deviations of the prior that
-    suits them best, (k,).
+    These deviations are the ones that suit the sizes best.
     """
 
     log_evidence: float
@@ -131,10 +127,7 @@ def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]
 
 
 def significant(sizes: Sequence[Estimate]) -> tuple[Estimate, ...]:
-    """Return the sizes that are beyond their own bound of zero.
-
-    Where none is, it is the largest in its bound.
-    """
+    """Return the sizes that are beyond their own bound of zero, else the largest in its bound."""
     beyond = tuple(size for size in sizes if abs(size.value) > size.two_sigma)
     return beyond or tuple(sorted(sizes, key=lambda size: -abs(size.value) / size.two_sigma)[:1])
 
@@ -146,9 +139,7 @@ def significant(sizes: Sequence[Estimate]) -> tuple[Estimate, ...]:
 def evidence_beyond_floor(
     layout: Layout, equations: NormalEquations, scores: ScoreScale, wander: Mapping[str, float]
 ) -> Information:
-    """Return the evidence of a log beyond the floor.
-
-    It is that of its signatures and then of its examined cells.
+    """Return the evidence of a log's signatures, then of its examined cells, beyond the floor.
 
     Free parameters are eliminated, then what null flights show: the fluctuating part of each
     signature, the sizes of the vanes, the wander of each channel in its cells, and the sizes that
@@ -191,12 +182,10 @@ def evidence_beyond_floor(
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:
-    """Inner products with fluctuations of some columns before the residual.
+    """Return the products with, before the residual, what beside columns leave of some columns.
 
-    They are what cells and free parameters leave of these columns.
-
-    An elevator that answers a gust moves with the pitching of the gust, as one of another
-    effectiveness would.
+    These are fluctuations: an elevator that answers a gust moves with the pitching of the gust, as
+    one of another effectiveness would. `beside` are cells and free parameters.
     """
     across = products[np.ix_(beside, columns)]
     turn = np.zeros((len(products), len(columns)))
@@ -247,9 +236,7 @@ def without_lasting(
 
 
 def without_score(evidence: Information, column: int, score: float) -> Information:
-    """Return the evidence with the size of a column eliminated.
-
-    It is eliminated as far as flights without it seem to have it.
+    """Return the evidence less a column's size, as far as flights without it seem to have it.
 
     `score` is the root mean square of its score there: what remains of a score is that many times
     smaller.

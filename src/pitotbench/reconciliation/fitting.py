@@ -57,11 +57,10 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """All gaps of some logs.
+    """All gaps of some logs in the order of what each explains, what is left, and the sizes of all.
 
-    It has the regression at the sizes that it finds, the gaps in the order of what each explains,
-    and what is left. It has the sizes of all as the logs show them, and as they are `told`: freed
-    of the factor that a log gives all terms of the pitching moment.
+    `regression` is that at the sizes which it finds. `sizes` are as the logs show them; `told` are
+    freed of the factor that a log gives all terms of the pitching moment.
     """
 
     regression: Regression
@@ -79,7 +78,8 @@ class Fitted:
     def shows_more(self) -> bool:
         """Whether the logs show a gap beside all that are explained.
 
-        They do as a log without one does, in a cell or an effect that stands out beside them.
+        A log shows one as a log without members does, by a cell or an effect that stands out beside
+        them.
         """
         return self.regression.shows(self.left) and any(
             stands_out_beside(
@@ -151,9 +151,9 @@ def with_terms(fitted: Fitted) -> Fitted:
 
 
 def _placed_beside(block: Block, fitted: Fitted) -> Layout:
-    """A layout with events, and with effects for a part of the flight.
+    """Return a layout with events and part-of-flight effects where they explain most.
 
-    They stand where they explain most beside the gaps that were found.
+    They are placed beside the gaps that were found.
     """
     layout, fit, taken = block.layout, fitted.fit_of(block), {m.name for m in fitted.members}
     bare = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)
@@ -198,13 +198,11 @@ def _sizes_of(regression: Regression, gaps: Sequence[FoundGap], freed: bool) -> 
 
 
 def _with_vanes(original: Layout, block: Block, fitted: Fitted) -> Layout:
-    """A layout without the errors of the vanes that the log shows beside the gaps.
+    """Return a layout linearized without the vanes' errors that the log shows beside the gaps.
 
-    It is linearized in the block. It is the same object where the errors stay, or where a gap is
-    one of the vanes.
-
-    A force is the product of a derivative and an angle. Each linearized for itself, a lift slope
-    that is a quarter off and a vane whose scale is a tenth off leave an error of 2.5 % in the slope.
+    Where the errors stay, or where a gap is one of the vanes, it is the same object. A force is the
+    product of a derivative and an angle. Each linearized for itself, a lift slope that is a quarter
+    off and a vane whose scale is a tenth off leave an error of 2.5 % in the slope.
     """
     if any(not is_term(each.name) and reads_gusts(each.name) for each in fitted.members):
         return original

@@ -72,12 +72,11 @@ def with_path_flow(track: Track, wind: Array, mass: float) -> Track:
 
 
 def flow_angles(track: Track) -> tuple[Array, Array]:
-    """Return the angles of attack and of sideslip [rad], (n,) each.
+    """Return the angles of attack and sideslip [rad], (n,) each, of the vanes, else of the path.
 
-    They are those of the vanes, or without them those of the path through the air.
-
-    The path is ground velocity less wind, in body axes (Klein and Morelli 2006, ch. 10). It does
-    not show the gusts to which the airplane answers, so that its angles have a scale of their own.
+    The path through the air is ground velocity less wind, in body axes (Klein and Morelli 2006, ch.
+    10). It does not show the gusts to which the airplane answers, so that its angles have a scale
+    of their own.
     """
     if all(name in track for name in VANES):
         return track["angle_of_attack"], track["sideslip"]
@@ -119,9 +118,9 @@ def quick_velocity(track: Track) -> Mapping[str, Array]:
 
 
 def _sink(track: Track) -> Array:
-    """The velocity down [m/s] of the static pressure.
+    """Return the velocity down [m/s] by static pressure, with quick changes by accelerometers.
 
-    It has the quick changes of the accelerometers where they do not shake.
+    Where these shake, the quick changes are left out.
     """
     acceleration = earth_acceleration(track)
     sink = -_rate(track, air.pressure_altitude(track["static_pressure"]))
@@ -156,9 +155,9 @@ def complementary_filter(track: Track, measured: Array, predicted: Array) -> Arr
 
 
 def integrated(track: Track, rate: Array) -> Array:
-    """The integral of a rate over the rows, from zero.
+    """Return the integral of a rate over the rows, from zero.
 
-    It is made by trapezoids, for rectangles are half a row late.
+    By trapezoids: rectangles are half a row late.
     """
     return np.asarray(cumulative_trapezoid(rate, dx=track.row_period, initial=0))
 

@@ -1,7 +1,4 @@
-"""The terms of formulas as columns of the regression.
-
-They describe a gap that no effect explains.
-"""
+"""The terms of formulas as columns of the regression, for a gap that no effect explains."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
@@ -69,10 +66,7 @@ def _of_sensor(
 
 
 class _Forces:
-    """The changes by formulas of force.
-
-    They are a pound along each axis times the formula's pounds in every state.
-    """
+    """The changes by formulas of force: a pound along each axis times the formula's pounds."""
 
     def __init__(self, reference: ReferenceState) -> None:
         assert reference.force_model is not None
@@ -84,10 +78,7 @@ class _Forces:
         self.units = {**self.model.units.changes, "LIFT": lift}
 
     def change(self, name: str, parameter: str, size: float) -> Array | None:
-        """Return the change of the residuals by one term, (n, c).
-
-        None where the log lacks a channel of it.
-        """
+        """Return the change of the residuals by a term, (n, c), None without its channels."""
         if not all(channel in self.signals for channel in channels_of(TERMS[parameter])):
             return None
         axis, known = FORCE_AXES[name], self.model.units.properties

@@ -1,7 +1,7 @@
 """The free parameters of every log: wind, error curve, sensor biases and the day's air.
 
-They are unknown in every log and must not pass for an effect. Each is a column of the regression
-with a prior standard deviation: wide for what nobody knows (wind, curve, sea-level pressure and
+Unknown in every log, they must not pass for an effect. Each is a column of the regression with a
+prior standard deviation: wide for what nobody knows (wind, curve, sea-level pressure and
 temperature), the accuracy class of the usual instrument for a bias.
 """
 
@@ -76,10 +76,7 @@ class FreeParameters:
     deviations: Array
 
     def beyond(self, names: Sequence[str]) -> dict[str, tuple[Array, float]]:
-        """Return the parameters that are not among some names.
-
-        Each has its column, (n, c), and its deviation.
-        """
+        """Return the parameters that are not among some names: column (n, c) and deviation."""
         return {
             name: (self.columns[:, :, i], float(self.deviations[i]))
             for i, name in enumerate(self.names)
@@ -87,9 +84,9 @@ class FreeParameters:
         }
 
     def with_columns(self, further: Mapping[str, tuple[Array, float]]) -> "FreeParameters":
-        """Return these and further parameters.
+        """Return these and further parameters, by name the column (n, c) and the deviation.
 
-        By name they are the change of the residuals, (n, c), and the deviation.
+        A column is the change of the residuals.
         """
         if not further:
             return self
@@ -106,12 +103,12 @@ class AnalysisSetting:
     """Facts about a log that its rows do not hold.
 
     `day_known`: pressure and temperature of the air are those of a weather report.
-    `instruments_known`: the
-    instruments are of the usual class, as they are wherever the day is known. `static_error`: the
-    error curve sits in the static pressure, not in the impact pressure alone. Instants above
-    `mach_max` are not used. `pressure_step` [Pa] is the step of a coarse quantization, 0 for none.
-    With `terms` those of the aircraft's own file compete as well. `maneuvers`: the log is made of
-    these, so that its floor is its own, and no cause is looked for in a part of it.
+    `instruments_known`: the instruments are of the usual class, as they are wherever the day is
+    known. `static_error`: the error curve sits in the static pressure, not in the impact pressure
+    alone. Instants above `mach_max` are not used. `pressure_step` [Pa] is the step of a coarse
+    quantization, 0 for none. With `terms` those of the aircraft's own file compete as well.
+    `maneuvers`: the log is made of these, so that its floor is its own, and no cause is looked for
+    in a part of it.
     """
 
     day_known: bool = False
@@ -230,10 +227,7 @@ def without_vane_angles(track: Track, sizes: Mapping[str, float]) -> Track:
 
 
 def curve_of(impact_pressure: Array, rounds: Iterable[Mapping[str, float]]) -> Array:
-    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of several curves.
-
-    They were taken out one after the other.
-    """
+    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of curves taken out one by one."""
     true = impact_pressure
     for sizes in rounds:
         true = _true_pressure(true, sizes)
@@ -351,9 +345,9 @@ def _coriolis(reference: ReferenceState) -> Columns:
 def _turned_into(
     reference: ReferenceState, vectors: Array, family: str, axes: tuple[str, str, str]
 ) -> Array:
-    """Vectors toward north, east, down, (n, 3), in the channels of a family.
+    """Return vectors north, east, down, (n, 3), as a family's channels along and across the track.
 
-    These are along, across and down the track.
+    The channel down is among them where the residuals have it.
     """
     column = reference.blank()
     parts = reference.frame.turned(vectors, f"{family}_down" in reference.base.names)

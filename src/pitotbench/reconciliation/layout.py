@@ -91,10 +91,9 @@ class Layout:
     hypotheses; `cells` are the places to examine, and `shapes` (n, k) the values that each cell has
     at the instants. `measured` marks the rows of the track whose air data lie below the end of
     their sensor's range. `curves` are the sizes of the error curves that were taken out of the
-    track, one after the other. `angles`
-    are the sizes of the free parameters of the vanes that were taken out of the track and stay in
-    the residuals, to first order. `lines` are errors with a period of their own, whose waves are
-    free parameters.
+    track, one after the other. `angles` are the sizes of the free parameters of the vanes that were
+    taken out of the track and stay in the residuals, to first order. `lines` are errors with a
+    period of their own, whose waves are free parameters.
     """
 
     checked: CheckedLog
@@ -125,7 +124,7 @@ class Layout:
     def used(self) -> Booleans:
         """Whether the comparison uses each channel at each instant, (n, c).
 
-        It does not at the end of a sensor's range.
+        What is at the end of a sensor's range is not used.
         """
         used: Booleans = self.residuals.slack < UNUSABLE
         return used
@@ -149,7 +148,7 @@ class Layout:
         return replace(self, residuals=replace(self.residuals, values=values))
 
     def with_angles(self, angles: Mapping[str, float]) -> "Layout":
-        """Return the layout with errors of the vanes, which its track lacks, in its residuals.
+        """Return the layout with vane errors, which its track lacks, added to its residuals.
 
         They are added to first order.
         """
@@ -193,10 +192,8 @@ def lay_out(
 def vane_errors(layout: Layout) -> dict[str, float]:
     """Return the errors of the vanes that a log shows beside the sizes of all effects.
 
-    They go by the name of the free parameter, with 0 for those that it does not show. Empty without
-    a force meter.
-
-    Without the effects, a pitch stiffness that is half off would look like a vane.
+    By the name of the free parameter, with 0 for those that the log does not show. Empty without a
+    force meter. Without the effects, a pitch stiffness that is half off would look like a vane.
     """
     if layout.reference.force_model is None:
         return {}
@@ -212,9 +209,9 @@ def vane_errors(layout: Layout) -> dict[str, float]:
 
 
 def shown_vane_errors(names: Sequence[str], sizes: Array, deviations: Array) -> dict[str, float]:
-    """Return the errors of the vanes among fitted sizes, (k,), by name.
+    """Return the errors of the vanes among fitted sizes, (k,), by name, 0 for those not shown.
 
-    It is 0 for those that are not shown beyond their deviations, (k,).
+    A size is shown that is well beyond its deviation, (k,).
     """
     shown = np.where(np.abs(sizes) > VANE_SHOWN * deviations, sizes, 0.0)
     found = dict(zip(names, shown.tolist(), strict=True))
@@ -224,13 +221,10 @@ def shown_vane_errors(names: Sequence[str], sizes: Array, deviations: Array) -> 
 def without_vane_errors(layout: Layout, angles: Mapping[str, float]) -> Layout:
     """Return a layout along the track without errors of the vanes of these sizes.
 
-    It is the same object where that moves no vane, or where one is beyond what a vane can have.
-
-    Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like
-    drag. Without a force meter nothing is done.
-
-    The force meter and the signatures follow the corrected track; the errors stay in the residuals,
-    so that the sizes to be fitted stay whole sizes.
+    Where that moves no vane, or where one is beyond what a vane can have, it is the same object,
+    and so without a force meter. Forces are not linear in the angles: two degrees of a vane's zero
+    would otherwise look like drag. The force meter and the signatures follow the corrected track;
+    the errors stay in the residuals, so that the sizes to be fitted stay whole sizes.
     """
     model = layout.reference.force_model
     if model is None:
@@ -302,12 +296,11 @@ def _laid_out(
 def of_patch(
     aircraft: AircraftModel | None, signatures: Sequence[Signature], shapes: Array
 ) -> dict[str, tuple[Array, float]]:
-    """Return what the patches of an aircraft may be off by as free parameters.
+    """Return what the patches of an aircraft may be off by, as free parameters by name.
 
-    By name it is the change of the residuals, (n, c), and the deviation: the sizes with their
-    covariance, and each form, which may follow any of the cells' shapes, (n, k).
-
-    Each size stays a hypothesis: what is beyond its error is a gap of its own.
+    A parameter has the change of the residuals, (n, c), and the deviation: the sizes with their
+    covariance, and each form, which may follow any of the cells' shapes, (n, k). Each size stays a
+    hypothesis: what is beyond its error is a gap of its own.
     """
     patch = PatchErrors() if aircraft is None else aircraft.errors
     columns = {(s.effect, s.parameter): s.column for s in signatures}
@@ -348,12 +341,11 @@ def _residuals(
 def without_error_curve(
     track: Track, measured: Booleans, setting: AnalysisSetting
 ) -> tuple[Track, Curves]:
-    """Return the track without the error curve that its wind triangle shows.
+    """Return the track without the error curve that its wind triangle shows, and that curve.
 
-    Only the rows `measured`, (m,), show it.
-
-    The second is what was taken out. All later steps are linear in the remaining curve. Forces
-    follow the product of pressure and angles, so that a large curve would otherwise look like drag.
+    Only the rows `measured`, (m,), show it. All later steps are linear in the remaining curve.
+    Forces follow the product of pressure and angles, so that a large curve would otherwise look
+    like drag.
     """
     curves: list[Mapping[str, float]] = []
     for _ in range(CURVE_ROUNDS):
@@ -379,7 +371,7 @@ def below_range_end(track: Track, log: FlightLog) -> Booleans:
 def mean_wind_of(track: Track, measured: Booleans) -> Array:
     """Return the mean wind over the rows `measured`, (m,), toward north, east, down [m/s], (3,).
 
-    It is the ground velocity less the velocity through the air.
+    The wind is the ground velocity less the velocity through the air.
     """
     through, wind = air_velocity(track), np.zeros(3)
     for i, name in enumerate(VELOCITY):

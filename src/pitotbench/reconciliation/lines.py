@@ -78,10 +78,9 @@ def lines_over(flights: Sequence[Mapping[str, SpectralLine]]) -> dict[str, Measu
 def with_lines(layout: Layout, null: NullDistribution) -> Layout:
     """Return a layout with the lines that null flights do not have among its free parameters.
 
-    It is the same object where there is none.
-
-    They are looked for in what all signatures together leave, so that none stands for an effect.
-    The strongest comes first, because the prediction of other channels by its own shows it there.
+    Where there is none, it is the same object. Lines are looked for in what all signatures together
+    leave, so that none stands for an effect. The strongest comes first, because the prediction of
+    other channels by its own shows it there.
     """
     for _ in range(MOST if null.spectral_lines else 0):
         noise = scaled_to(null.noise, layout)
@@ -131,10 +130,9 @@ def _at_peak(layout: Layout, line: Line, noise: NoiseModel) -> Line:
 
 
 def _freed(layout: Layout, line: Line, noise: NoiseModel) -> Layout:
-    """A layout with the waves of a line as free parameters.
+    """Return a layout with the waves of a line, at and around its frequency, as free parameters.
 
-    They are at its frequency, and half a step of the spectrum to both sides, for its amplitude may
-    change.
+    Waves half a step of the spectrum to both sides let its amplitude change.
     """
     time = layout.track.time[layout.grid.rows]
     waves: dict[str, tuple[Array, float]] = {}

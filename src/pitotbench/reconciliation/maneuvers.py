@@ -210,13 +210,11 @@ TINY = 1e-12  # of a deviation, so that it can be divided by
 
 
 def floor_left_out(layout: Layout, maneuvers: Sequence[Maneuver]) -> NullDistribution:
-    """Return the floor of maneuvers, by the parts left out.
+    """Return the floor of maneuvers: the noise that all terms leave, and what errors can seem.
 
-    It is the noise of what all terms leave there, and the sizes that errors of the measured
-    variables seem to have.
-
-    The parts are fitted as if the noise were white, so that no slow noise takes over what a
-    constant and a term share.
+    Both are of the parts left out; the errors are those of the measured variables. The parts are
+    fitted as if the noise were white, so that no slow noise takes over what a constant and a term
+    share.
     """
     names, grid, slack = layout.residuals.names, layout.grid, layout.residuals.slack
     left = np.where(layout.used, layout.residuals.values, 0.0)
@@ -233,10 +231,10 @@ def floor_left_out(layout: Layout, maneuvers: Sequence[Maneuver]) -> NullDistrib
 def _attenuated(
     layout: Layout, noise: NoiseModel, white: NoiseModel, maneuvers: Sequence[Maneuver]
 ) -> dict[str, float]:
-    """By how much errors in the measured variables can have moved each size, as a score.
+    """Return by how much errors in the measured variables can move each size, as a score.
 
-    They move no force, so they pull every measured coefficient toward zero, and its change toward
-    -1 (Klein and Morelli 2006, ch. 5.1.5; Fuller 1987, Measurement Error Models, eq. 1.2.2).
+    Such errors move no force, so they pull every measured coefficient toward zero, and its change
+    toward -1 (Klein and Morelli 2006, ch. 5.1.5; Fuller 1987, Measurement Error Models, eq. 1.2.2).
     """
     track, found = layout.track, list[Array]()
     counted = [*zip(maneuvers, np.diff(track.start).tolist(), strict=True)]
@@ -258,7 +256,7 @@ def _attenuated(
 
 
 def _left_out(layout: Layout, noise: NoiseModel) -> Array:
-    """What the free parameters and all terms leave, (n, c).
+    """Return what free parameters and terms leave, (n, c).
 
     They are fitted without the fold of each instant.
     """

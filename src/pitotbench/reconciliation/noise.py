@@ -1,6 +1,4 @@
-"""The noise of the residual channels.
-
-It is one autoregression a channel, and the correlation of the innovations.
+"""The noise of the residual channels: autoregressions, and the innovations' correlation.
 
 The order of the autoregression is high enough for gusts, for vibration of the control loops and for
 differenced GPS noise, so that no spectrum has to be assumed. Gusts and noisy sensors show in
@@ -54,9 +52,9 @@ class NoiseModel:
         return self._unpredicted(values) * (scale if values.ndim == 2 else scale[:, :, None])
 
     def _unpredicted(self, values: Array) -> Array:
-        """Values less what their past predicts.
+        """Return values less what their past predicts.
 
-        It is done block by block, so that a block stays near the processor.
+        Block by block, so that a block stays near the processor.
         """
         flat = values.reshape(len(values), -1)
         weights = np.repeat(self.coefficients, flat.shape[1] // len(self.coefficients), axis=0).T
@@ -145,15 +143,13 @@ def complete_past(grid: Grid, slack: Array, order: int) -> NDArray[np.bool_]:
 
 
 def autocovariance(values: Array, grid: Grid, order: int = ORDER) -> Array:
-    """Return means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1).
+    """Return the means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1).
 
-    None goes over a gap.
-
-    A residual of exactly zero is that of an instant that is not used, and does not count. The mean
-    at a lag is tapered by the share of the instants that have a partner in a log without gaps, so
-    that no noise has a negative power (Brockwell and Davis 1991, §7.2): a short log would get
-    innovations of nearly zero. Where gaps still make one, the sums are divided by the number of
-    instants.
+    No product goes over a gap. A residual of exactly zero is that of an instant that is not used,
+    and does not count. The mean at a lag is tapered by the share of the instants that have a
+    partner in a log without gaps, so that no noise has a negative power (Brockwell and Davis 1991,
+    §7.2): a short log would get innovations of nearly zero. Where gaps still make one, the sums are
+    divided by the number of instants.
     """
     used, since = values != 0.0, _since_start(grid)
     instants = np.maximum(1, np.count_nonzero(values[since >= 1], axis=0))
@@ -169,10 +165,9 @@ def autocovariance(values: Array, grid: Grid, order: int = ORDER) -> Array:
 
 
 def learned(names: tuple[str, ...], logs: Iterable[tuple[Array, Grid, Array]]) -> NoiseModel:
-    """Return the noise model of some logs.
+    """Return the noise model of some logs, each given by residuals, grid and slack.
 
-    Each log is given by its residuals without free parameters (n, c), its grid and its slack (n,
-    c).
+    The residuals are without free parameters (n, c), as is the slack (n, c).
     """
     logs = list(logs)
     uncorrelated = _autoregressions(

@@ -1,7 +1,4 @@
-"""The null distribution: noise, scores and thresholds of flights without an effect.
-
-It is written as text and read back.
-"""
+"""The null distribution: noise, scores and thresholds of flights without an effect, as text too."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -86,10 +83,10 @@ class ScoreScale:
     free: Mapping[str, NotNegative] = field(default_factory=dict)
 
     def lasting_of(self, labels: Sequence[str]) -> tuple[list[int], Array, Array]:
-        """Return the sizes with a lasting score among some labels.
+        """Return place and score (k,), and inner products (k, k), of labels with a lasting score.
 
-        They are the places, (k,), the scores, (k,), and their inner products, (k, k). Raises
-        ValueError where there are not as many products as scores.
+        The products are those of the sizes. Raises ValueError where there are not as many products
+        as scores.
         """
         count, scores = len(self.lasting), np.array([*self.lasting.values()])
         products = np.reshape(self.products, (count, count))
@@ -143,9 +140,9 @@ class NullDistribution:
 def theoretical_distribution(layout: Layout) -> NullDistribution:
     """Return the null distribution of a log for which no null flight can be flown.
 
-    Its thresholds come from theory, and its scores are those that null flights usually have. The
-    noise, which the log itself has to give, counts one half more. A short log knows its noise
-    badly, so that it needs a larger Bayes factor.
+    Thresholds come from theory, and scores are those that null flights usually have. The noise,
+    which the log itself has to give, counts one half more. A short log knows its noise badly, so
+    that it needs a larger Bayes factor.
     """
     least, shortness = THRESHOLDS.gap_without_null_flights, shortness_of(layout)
     if shortness > 1.0:
@@ -189,10 +186,7 @@ class _Noise:
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """The fields of a NullDistribution, as JSON holds them.
-
-    Its numbers must obey the rules that stand here.
-    """
+    """The fields of a NullDistribution as JSON holds them, with the rules for its numbers."""
 
     noise: _Noise
     scores: ScoreScale

@@ -61,7 +61,7 @@ def gust_level(layout: Layout) -> float:
 def turbulence_candidates(layout: Layout, on_null: Measure | None) -> tuple[Candidate, ...]:
     """Return the level of turbulence as an explanation where it differs from that of the card.
 
-    None without null flights.
+    The tuple is empty without null flights.
     """
     if on_null is None:
         return ()
@@ -81,9 +81,7 @@ def turbulence_candidates(layout: Layout, on_null: Measure | None) -> tuple[Cand
 
 
 def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
-    """Return the logarithm of the mean square innovation of each channel.
-
-    Each innovation counts over its usual size nearby.
+    """Return ln of each channel's mean square innovation, each over the usual size nearby.
 
     The usual size is the robust deviation of the instants nearby. Louder sensors, or an airplane
     that answers gusts more, raise both. A spike counts up to a limit: a wander lasts, and a busy
@@ -179,10 +177,9 @@ Flight = tuple[Layout, NoiseModel]
 
 @dataclass(frozen=True, slots=True)
 class FlightScores:
-    """The scores of one flight.
+    """The scores of one flight: of effects, cells and sizes beside all cells, and free parameters.
 
-    They are those of the effects, signed ones of the cells, those of the sizes beside all cells,
-    and the free parameters in deviations of their priors.
+    Those of cells have a sign; free parameters are in deviations of their priors.
     """
 
     effects: Mapping[str, float]
@@ -307,10 +304,9 @@ def left_over(
 ) -> tuple[dict[str, float], list[Information]]:
     """Return the sizes that null flights still seem to have, and the flights without them.
 
-    Each size comes with the root mean square of its scores.
-
-    The largest comes first. It is eliminated before the next one is looked for, because one cause
-    of such scores gives them to all effects that are like it.
+    Each size comes with the root mean square of its scores. The largest comes first. It is
+    eliminated before the next one is looked for, because one cause of such scores gives them to all
+    effects that are like it.
     """
     found, each = dict[str, float](), list(flights)
     for _ in range(THRESHOLDS.left_over_most):
@@ -326,13 +322,11 @@ def left_over(
 
 
 def lasting_scores(flights: Sequence[Information]) -> tuple[Array, Array]:
-    """Return the mean scores of sizes on null flights, (m,), without what is chance.
+    """Return the sizes' mean scores (m,) on null flights less chance, and inner products (m, m).
 
-    After them stand the mean inner products of the sizes, (m, m).
-
-    They are kept along those axes of the mean inner products, each size in units of its own power,
-    on which they are beyond chance. Of sizes that are nearly alike, the noise of the mean would be
-    large beside what another log says of their difference.
+    The products are means. The scores are kept along those axes of the mean inner products, each
+    size in units of its own power, on which they are beyond chance. Of sizes that are nearly alike,
+    the noise of the mean would be large beside what another log says of their difference.
     """
     mean = np.mean([flight.inner for flight in flights], axis=0)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(mean)[:-1], SMALLEST))

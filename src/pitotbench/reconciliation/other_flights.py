@@ -1,7 +1,4 @@
-"""What another flight says of the gaps.
-
-It is each of several flights, alone and left out, or a log that is held out.
-"""
+"""What another flight says of the gaps: each of several, left out, or a log that is held out."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -107,7 +104,7 @@ def holding(causes: dict[str, float]) -> tuple[str, ...]:
 
 
 def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None:
-    """The closure of a flight by the sizes that the other flights show; None where they show none.
+    """Return the closure of a flight by the sizes of the other flights; None where they show none.
 
     Of the columns of all `gaps`, effects for a part of one flight, and events, are fitted to that
     flight: another flight does not have them.
@@ -124,9 +121,9 @@ def _left_out(block: Block, sizes: Sizes, gaps: Sequence[int]) -> Closure | None
 def _own_sizes(
     members: Sequence[FittedHypothesis], mine: Sizes, theirs: Sizes
 ) -> Iterable[OwnSize]:
-    """The largest size of each effect that a flight shows.
+    """Yield each effect's largest size that a flight shows, and its distance from the others.
 
-    With it stands the distance of all its sizes from those of the others.
+    The distance is that of all its sizes.
     """
     for member in members:
         own = mine.among(keys_of(member.name, mine.keys))
@@ -142,8 +139,7 @@ def _own_sizes(
 def contradiction(own: Sizes, others: Sizes) -> float:
     """Return the distance [σ] of the sizes of one flight from those of the others.
 
-    It is that of a normal number as improbable as the squared distance of the sizes, which is
-    χ²-distributed.
+    A normal number of that size is as improbable as the squared distance, which is χ²-distributed.
     """
     mine, theirs = own.among(others.keys), others.among(own.keys)
     theirs = theirs.among(mine.keys)
@@ -154,9 +150,7 @@ def contradiction(own: Sizes, others: Sizes) -> float:
 
 
 def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
-    """Return a sentence for each effect that a flight contradicts.
-
-    It names the flight that does so most.
+    """Return a sentence for each effect that a flight contradicts, naming the one that does most.
 
     Two flights differ equally from one another: the one that shows less of the effect is the one
     that contradicts it.
@@ -179,10 +173,7 @@ def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
 
 
 def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistribution:
-    """Return the null distribution of a card if it has the channels of a log.
-
-    Else it is one from the log itself.
-    """
+    """Return a card's null distribution if it has the channels of a log, else one of the log."""
     if of_card is not None and of_card.noise.names == layout.residuals.names:
         return of_card
     return theoretical_distribution(layout)
@@ -191,14 +182,11 @@ def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistri
 def hold_out(
     lay: Callable[[Catalog[Effect]], Layout], null: NullDistribution, fitted: Fitted
 ) -> Closure | None:
-    """Return the closure of all gaps on another log, with the sizes fitted before.
+    """Return the closure of all gaps on another log by sizes fitted before, None without a gap.
 
-    None where no gap is to be seen there. `lay` lays the log out with some effects as its
-    hypotheses.
-
-    Events and effects for a part of one flight are left out: the other flight has them at other
-    times, or not at all. So are sizes that the other log cannot show. The noise is that of the
-    other log alone where it has other channels.
+    `lay` lays the log out with some effects as its hypotheses. Events and effects for a part of one
+    flight are left out: the other flight has them at other times, or not at all. So are sizes that
+    the other log cannot show. The noise is that of the other log alone where it has other channels.
     """
     lasting = [m.name for m in fitted.members if not is_term(m.name) and returns(m.name)]
     chosen: Catalog[Effect] = Catalog(

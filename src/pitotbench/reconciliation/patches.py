@@ -121,10 +121,7 @@ def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
 
 
 def _sizes(effect: Candidate) -> dict[str, float]:
-    """Return the sizes that were fitted.
-
-    One that the log does not show and that a case must state is 0.
-    """
+    """Return the sizes that were fitted, and 0 for those that a case must state."""
     own = effect_of(effect.name)
     limited = {s.name: own.parameter(s.name).within(s.value) for s in effect.sizes}
     stated = {p.name: 0.0 for p in own.parameters if not (p.shape or p.may_be_missing)}
@@ -172,10 +169,7 @@ def maneuver_to_fly(groups: Sequence[Sequence[str]], flown: Sequence[str] = ()) 
 
 
 def _ways(names: Sequence[str], flown: Sequence[str]) -> list[tuple[tuple[str, ...], str]]:
-    """The ways of flying that show an effect or distinguish several.
-
-    They are the maneuvers and the words of each.
-    """
+    """Return the maneuvers, with words, that show an effect or distinguish several."""
     shown_by = list(dict.fromkeys(FORMS[name].shows_in for name in names))
     if len(shown_by) == 1:
         return [(each.maneuvers, str(each)) for each in shown_by]

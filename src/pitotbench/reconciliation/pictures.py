@@ -167,9 +167,7 @@ def clearest_channel(block: Block, part: str, found: Sequence[Trace]) -> Telling
 
 
 def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
-    """Return the standard deviation of the mean of a channel's noise over some instants.
-
-    It is in the channel's unit.
+    """Return the deviation of the mean of a channel's noise over instants [the channel's unit].
 
     The noise is the autoregression of the channel; its response to one innovation, summed over a
     window, gives the variance of the mean.
@@ -182,13 +180,11 @@ def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
 
 
 def calibration_change(layout: Layout, fit: Fit) -> CalibrationChange | None:
-    """Return what a calibration by the wind triangle makes of the effects of a fit.
+    """Return what effects change in a calibration by the wind triangle, None without effects.
 
-    None without any.
-
-    Wind and error curve are fitted by least squares to what the effects do to the along- and
-    across-track airspeed. What the curve takes of it is the error of a calibration that does not
-    know the effects.
+    Wind and error curve are fitted by least squares to what the effects of the fit do to the along-
+    and across-track airspeed. What the curve takes of it is the error of a calibration that does
+    not know the effects.
     """
     triangle = [
         layout.residuals.names.index(n)
@@ -218,10 +214,7 @@ def _slack(layout: Layout, channel: str) -> Array:
 
 
 def _level(trace: Trace, instants: int, noise: Array) -> float:
-    """Root mean square of what is explained or else of the means of the gap, (n,).
-
-    It is in units of the noise.
-    """
+    """Return the root mean square of what is explained, else of the gap's means, in noise, (n,)."""
     values = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
     return float(np.sqrt(np.mean((values / np.maximum(noise, TINY)) ** 2)))
 
@@ -231,9 +224,9 @@ def _means(values: Array, instants: int) -> Array:
 
 
 def _variable(layout: Layout, gap: Array, used: Booleans) -> tuple[str, Array]:
-    """The variable that a gap, (n,), follows most where it is used.
+    """Return the variable that a gap, (n,), follows most, and its values at the instants [SI].
 
-    Its values at the instants are in SI units.
+    Only instants that are `used` count.
     """
     values = {
         n: v for n, v in flight_variables(layout.reference.clean, layout.grid).items() if n in DRAWN

@@ -22,10 +22,9 @@ CONSTANT = "trim_offset|pitch_coefficient"
 
 
 def factor_deviation(labels: Sequence[str], flights: Iterable[Information]) -> float:
-    """Return the standard deviation of the factor over null flights.
+    """Return the standard deviation of the factor over null flights, beyond that by noise.
 
-    It is that beyond what their noise gives it. `labels` are those of the sizes of which each
-    flight is the evidence.
+    `labels` are those of the sizes of which each flight is the evidence.
     """
     surplus = list[float]()
     for evidence in flights:

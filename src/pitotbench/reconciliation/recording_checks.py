@@ -53,9 +53,7 @@ def _counted(effect: str, size: Estimate) -> Candidate:
 
 
 def _repeats(log: FlightLog) -> Booleans:
-    """Rows on which every air-data channel repeats its previous value.
-
-    They count where that is more often than by chance.
+    """Return the rows on which all air data repeat their values, if more than by chance.
 
     The two pressures count as one: a slow bus, or a static pressure that both are made with,
     repeats them together. A temperature that comes in coarse steps repeats at its own times, and a
@@ -108,9 +106,9 @@ def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, .
 
 
 def _slow_bus(log: FlightLog) -> Check:
-    """Whether the pressures alone are held between samples.
+    """Check whether the pressures alone are held between samples, by a slower bus.
 
-    That is a slower bus, on which the comparison does not rest.
+    The comparison does not rest on that.
     """
     new = np.flatnonzero(np.any([np.diff(getattr(log, name)) != 0.0 for name in PRESSURES], axis=0))
     hold_time = float(np.median(np.diff(new))) * interval(log.time) if len(new) > 1 else 0.0

@@ -58,13 +58,11 @@ from pitotbench.units import Array
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A log as a block of the regression.
+    """A log as a block of the regression: its layout, normal equations, and evidence.
 
-    It is laid out, with its normal equations, and its evidence beyond the floor for its signatures
-    and then its examined cells.
-
-    `noise` is that of null flights at the level of the log. `pulled` is the evidence before the
-    factor of the pitching terms is integrated out. `stands_out`: something does beside no gap.
+    `beyond` is the evidence beyond the floor for its signatures and then its examined cells,
+    `pulled` that before the factor of the pitching terms is integrated out. `noise` is that of null
+    flights at the level of the log. `stands_out`: something does beside no gap.
     """
 
     layout: Layout
@@ -121,9 +119,7 @@ def block_of(layout: Layout, noise: NoiseModel, null: NullDistribution) -> Block
 def stands_out_beside(
     layout: Layout, equations: NormalEquations, null: NullDistribution, given: Sequence[int] = ()
 ) -> bool:
-    """Whether a cell or an effect scores more than any does on null flights.
-
-    It is scored beside the sizes of the columns `given`.
+    """Return whether a cell or an effect, beside `given` columns, scores more than on null flights.
 
     A sum of many small scores is no gap that anyone sees. Null flights do not tell what an effect
     for a part of the flight scores. Without them the Bayes factor alone decides.
@@ -202,10 +198,7 @@ def is_term(name: str) -> bool:
 
 
 def effect_and_size(name: str) -> tuple[str, str]:
-    """Return the formula and the term of a hypothesis.
-
-    They are the effect and its size where it is one of these alone.
-    """
+    """Return the formula and the term of a hypothesis, or the effect and its size, if one alone."""
     formula, _, term = name.partition(SEPARATOR)
     return formula, term
 
@@ -272,10 +265,9 @@ class Regression:
 
     @cached_property
     def _discrepancies(self) -> list[Discrepancy]:
-        """The smooth discrepancies of each log.
+        """The smooth discrepancies of each log: of one channel, of a family of them, and of all.
 
-        They are those of one channel, of a family of channels, and of all. Who asks for sizes alone
-        needs none.
+        Who asks for sizes alone needs none.
         """
         power, found = np.diag(self.evidence.inner), list[Discrepancy]()
         for own, block in zip(self._of_block, self.blocks, strict=True):
@@ -340,9 +332,9 @@ class Regression:
         return gaps
 
     def _weighed_again(self, gaps: list[FoundGap], refused: set[str]) -> list[FoundGap]:
-        """Gaps each weighed again given the others.
+        """Return gaps each weighed again given the others, less those that are not needed.
 
-        One that is not needed is left out. Those of a set were weighed together.
+        Those of a set were weighed together.
         """
         for gap in [gap for gap in gaps if not gap.of_set]:
             others = [each for each in gaps if each is not gap]
@@ -428,10 +420,7 @@ class Regression:
 
     @cached_property
     def _axes(self) -> dict[str, frozenset[str]]:
-        """The effects of the whole flight that act on each force and each moment.
-
-        They are listed by the channel that they move most.
-        """
+        """The effects of the whole flight by the force or the moment that they move most."""
         channels = {k: c for block in reversed(self.blocks) for k, c in block.channels.items()}
         found: dict[str, set[str]] = {}
         for name, columns in self.columns.items():
@@ -455,10 +444,9 @@ class Regression:
 
     @property
     def least_bayes_factor(self) -> float:
-        """The logarithm of the Bayes factor from which the logs show a gap.
+        """ln of the Bayes factor from which the logs show a gap, infinite where none stands out.
 
-        It is infinite where none of them stands out. A log that does not takes nothing from those
-        that do.
+        A log that does not takes nothing from those that do.
         """
         return max(
             (block.null.gap_bayes_factor for block in self.blocks if block.stands_out),
@@ -468,10 +456,7 @@ class Regression:
     def beside(
         self, members: Sequence[FittedHypothesis], refused: frozenset[str] | set[str] = frozenset()
     ) -> FoundGap:
-        """Return the gap that some logs would show beside the members of a fit.
-
-        It is returned however improbable it is.
-        """
+        """Return the gap that the logs show beside a fit's members, however improbable."""
         columns = [c for member in members for c in member.columns]
         marginal = self.evidence.marginal(columns, _deviations(members))
         taken = {_cause(member.name) for member in members}
@@ -499,10 +484,10 @@ class Regression:
     def _weighed(
         self, marginal: Marginal, names: Sequence[str]
     ) -> tuple[dict[str, float], dict[str, float], dict[str, FittedHypothesis]]:
-        """The logarithms of prior times evidence of some hypotheses.
+        """Return ln of prior times evidence by hypothesis and by place, and hypotheses as members.
 
-        They come with an unmodeled discrepancy together with the best of them, and of these alone
-        by their places; and with the hypotheses as members of a fit.
+        A hypothesis may have an unmodeled discrepancy beside it, if it is among the best; by place
+        stand the discrepancies alone.
         """
         known = np.log1p(-THRESHOLDS.prior_of_none - THRESHOLDS.prior_of_unknown)
         unknown, share = np.log(THRESHOLDS.prior_of_unknown), THRESHOLDS.prior_of_rest
@@ -522,9 +507,9 @@ class Regression:
     def _of_discrepancies(
         self, marginal: Marginal, members: Sequence[FittedHypothesis]
     ) -> list[dict[str, float]]:
-        """The logarithm of prior times evidence of the discrepancies of each place.
+        """Return ln of prior times evidence of each place's discrepancies, by hypothesis.
 
-        Each stands in the fit with each of some hypotheses as well.
+        They stand in the fit together with the hypothesis.
         """
         found: list[dict[str, float]] = [{} for _ in members]
         hypotheses = [(member.columns, member.deviations) for member in members]
@@ -564,9 +549,9 @@ class Regression:
     def held_out(
         self, members: Sequence[FittedHypothesis], new: Sequence[FittedHypothesis]
     ) -> float:
-        """Return how much of their gain some hypotheses keep in parts of the logs left out.
+        """Return the share of their gain that some hypotheses keep in parts of the logs left out.
 
-        It is the fall of the sum of squares beside the others there, over that in the fit.
+        A gain is the fall of the sum of squares beside the other members.
         """
         held, inside = self._gains(members, new)
         return held / max(inside, NEGLIGIBLE)
@@ -574,9 +559,9 @@ class Regression:
     def _gains(
         self, members: Sequence[FittedHypothesis], new: Sequence[FittedHypothesis]
     ) -> tuple[float, float]:
-        """The falls of the sum of squares in parts left out and in the fit.
+        """Return the falls of the sum of squares in parts left out and in the fit.
 
-        They are those by some hypotheses beside others.
+        They are by the hypotheses `new` beside the `members`.
         """
         held = inside = 0.0
         for block in self.blocks:
@@ -588,10 +573,9 @@ class Regression:
         return held, inside
 
     def shown_columns(self, block: Block, members: Sequence[FittedHypothesis]) -> list[int]:
-        """The columns of the sizes of some members in a block.
+        """Return the columns of some members' sizes in a block, without those left open.
 
-        Those that forms leave open are left out. A hypothesis that has no columns yet has those of
-        all its sizes.
+        A hypothesis that has no columns yet has those of all its sizes.
         """
         own = [
             key
@@ -602,13 +586,10 @@ class Regression:
         return [block.keys.index(key) for key in own]
 
     def sizes(self, members: Sequence[FittedHypothesis], freed: bool = False) -> "Sizes":
-        """Return the sizes of the members of a fit.
+        """Return the sizes of a fit's members, then those that their forms leave open.
 
-        After them stand those that their forms leave open. All are fitted at once. A size that is
-        both is the sum.
-
-        They are as the logs show them, or `freed` of the factor that each log gives all terms of
-        the pitching moment.
+        All are fitted at once. A size that is both is the sum. The sizes are as the logs show them,
+        or `freed` of the factor that each log gives all terms of the pitching moment.
         """
         columns = [c for member in members for c in member.columns]
         evidence = self._without_pull(columns, _deviations(members)) if freed else self.evidence
@@ -672,9 +653,9 @@ def _cause(name: str) -> str:
 
 
 def _by_effect(gaps: Sequence[FoundGap]) -> list[FoundGap]:
-    """Gaps by effects and terms.
+    """Return gaps by effects and terms, those of one effect's sizes merged into one.
 
-    Those of one effect's sizes become one, which goes by the one with the most evidence.
+    The merged gap goes by the size with the most evidence.
     """
     found: dict[str, list[FoundGap]] = {}
     for gap in sorted(gaps, key=lambda gap: -gap.log_bayes_factor):
@@ -703,9 +684,9 @@ def _forms_of_sets(
     near: Sequence[WeighedSet],
     names: frozenset[str],
 ) -> dict[str, float]:
-    """The probability of each hypothesis in the place of one member of a set.
+    """Return each hypothesis' probability in the place of one member of a set.
 
-    It is what those of its moment or force have together, shared by the sets that are nearly as
+    What those of its moment or force have together is shared by the sets that are nearly as
     probable as the best.
     """
     found = {form: p for form, p in forms.items() if form not in names}
@@ -740,12 +721,11 @@ def _channel_group(channel: str) -> str:
 
 
 def _log_priors(names: Sequence[str]) -> dict[str, float]:
-    """The logarithm of the prior of each hypothesis, of effects and of terms each for itself.
+    """Return ln of each hypothesis' prior: by part, then cause in the part, then form.
 
-    It is that of its part, then of its cause in the part, then of its form.
-
-    Most causes act for the whole flight. Of the forms that do, the plain one is as probable as all
-    others. Each shape that is searched for has its price.
+    Effects and terms have one each for themselves. Most causes act for the whole flight. Of the
+    forms that do, the plain one is as probable as all others. Each shape that is searched for has
+    its price.
     """
     effects = [name for name in names if not is_term(name)]
     causes = dict.fromkeys(map(_cause, effects))

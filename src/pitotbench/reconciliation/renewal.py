@@ -132,9 +132,9 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
 
 
 def _with_measured_vanes(layout: Layout, entries: Entries) -> Layout:
-    """Return a layout with those vanes of its track as the log has them that some effects change.
+    """Return a layout with the vanes that some effects change as the log has them.
 
-    Its residuals stay those of the track before.
+    They replace those of its track. Its residuals stay those of the track before.
     """
     changed = {
         channel for name in entries if reads_gusts(name) for channel in effect_of(name).changes
@@ -469,9 +469,7 @@ class _Scan:
         return float(self._gains(columns, np.zeros(1, dtype=np.intp), None)[0])
 
     def stretches(self, name: str, columns: Sequence[int], whole: float) -> Iterator[_Stretch]:
-        """Yield the best form of an effect from a time on, and the best between two times.
-
-        Each only where it is worth it.
+        """Yield an effect's best form from a time on, and between two times, where worth it.
 
         What the flight shows without the effect has to contradict it as another flight would have
         to.

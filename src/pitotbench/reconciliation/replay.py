@@ -1,7 +1,4 @@
-"""Move the aircraft model along a track.
-
-It gives its answer, and how this answer changes with the measured state.
-"""
+"""Move the aircraft model along a track: its answer, and how that changes with the state."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -72,10 +69,7 @@ def lacking(track: Track, controls: Iterable[str]) -> tuple[str, ...]:
 
 
 def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
-    """Return the rows at which the model is evaluated.
-
-    They are those every `step` [s] and both ends of every stretch.
-    """
+    """Return the rows at which the model is evaluated: every `step` [s], and ends of stretches."""
     every = max(1, round(step / track.row_period))
     parts = [
         np.append(np.arange(a, b - 1, every), b - 1)

@@ -1,7 +1,4 @@
-"""Residual channels: every measured quantity minus its prediction.
-
-They are computed along a clean track with the forces of the model.
-"""
+"""Residual channels: measured quantities less predictions along a clean track by the model."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -90,8 +87,8 @@ _ENGINES_READ = (*_ANSWER_READS, *ENGINES, "throttle_left", "throttle_right")
 class Frame:
     """Horizontal directions at the instants: along the flight through the air and across it.
 
-    Each is a unit vector toward north, east, down, (n, 3). They come from the log and stay the same
-    for every hypothesis.
+    Each is a unit vector toward north, east, down, (n, 3), of the log, and stays the same for every
+    hypothesis.
     """
 
     along: Array
@@ -109,10 +106,7 @@ class Frame:
         )
 
     def turned(self, vectors: Array, down: bool) -> Array:
-        """Return vectors toward north, east, down in components along and across the track.
-
-        With `down` there is that component as well.
-        """
+        """Return vectors toward north, east, down along and across the track, and down if asked."""
         parts = [np.sum(self.along * vectors, axis=1), np.sum(self.across * vectors, axis=1)]
         return np.stack([*parts, vectors[:, 2]] if down else parts, axis=1)
 
@@ -142,9 +136,7 @@ def channel_residuals(
     model: Replay | None,
     known: "tuple[Track, ChannelResiduals] | None" = None,
 ) -> ChannelResiduals:
-    """Return all residual channels that a track allows.
-
-    With a model they are forces, moments and engines as well.
+    """Return all residual channels that a track allows, with a model forces and moments too.
 
     Families: air data (wind triangle, height, temperature), kinematic (gyros against attitude,
     acceleration against ground velocity, altitude against vertical speed), force and moment,
@@ -214,9 +206,7 @@ def change_by_answer(
 
 
 def slack(grid: Grid, model: Replay | None, names: tuple[str, ...]) -> Array:
-    """Return the error of a model that is early or late where it changes quickly, (n, c).
-
-    It is so by `TIMING`.
+    """Return the error of a model that is off by `TIMING` where it changes quickly, (n, c).
 
     Examples: an engine that answers to a lever, a propeller that meets its stop. The instants near
     it get the same slack.
@@ -269,10 +259,10 @@ def _temperature(track: Track, grid: Grid) -> dict[str, Array]:
 
 
 def _attitude_rates(track: Track, grid: Grid) -> dict[str, Array]:
-    """The gyros less the change of the attitude, about the body axes, over each step.
+    """Return gyros less the change of the attitude, about the body axes, over each step.
 
-    There are none where the track holds angular accelerations, whose rates were derived from the
-    same records.
+    Empty where the track holds angular accelerations, whose rates were derived from the same
+    records.
     """
     if MOMENTS[0] in track or not all(name in track for name in (*ATTITUDE, *RATES)):
         return {}
@@ -329,9 +319,9 @@ def _engines(track: Track, grid: Grid, predicted: Array, split: float) -> dict[s
 
 
 def _moments(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str, Array]:
-    """Change of each body rate over a step less the mean angular acceleration of the model.
+    """Return the measured less the model's mean angular acceleration over each step.
 
-    It is the angular acceleration itself where the track has it.
+    The measured one is the track's own, or else the change of the body rate.
     """
     residuals = {}
     for i, (rate, name) in enumerate(zip(RATES, MOMENTS, strict=True), start=len(FORCES)):
@@ -359,15 +349,13 @@ UnitForcesWith = Callable[[Motion, frozenset[str]], UnitForces]
 
 @dataclass(frozen=True, slots=True)
 class AircraftModel:
-    """The analyst's model of an aircraft.
+    """The analyst's model of an aircraft: a force meter with overlays, and data for effects.
 
-    It is a force meter that takes overlays, and the data that effects need.
-
-    `mass` [kg] is that with the load and the fuel of its file, for logs that hold none.
-    `controls` are the surfaces and throttles that a log must hold so that the force meter can be
-    moved along it. `errors` are the standard deviations of the sizes that were patched into it, by
-    effect and parameter. `split` is the left less the right throttle with the levers together, as
-    it was patched.
+    `mass` [kg] is that with the load and the fuel of its file, for logs that hold none. `controls`
+    are the surfaces and throttles that a log must hold so that the force meter can be moved along
+    it. `errors` are the standard deviations of the sizes that were patched into it, by effect and
+    parameter. `split` is the left less the right throttle with the levers together, as it was
+    patched.
     """
 
     name: str
@@ -420,10 +408,7 @@ class ForceModel:
         return self.kept[overlay]
 
     def moved_by(self, motion: Motion) -> Array:
-        """Return the reaction to another motion less that to `coarse`, (m, 12).
-
-        Both are at the instants of `coarse`.
-        """
+        """Return the reaction to another motion less that to `coarse`, at its instants, (m, 12)."""
         return self._measured(motion, Overlay(), True) - self._without(True)
 
     def _without(self, engines_run: bool) -> Array:
@@ -437,13 +422,10 @@ class ForceModel:
 
 @dataclass(frozen=True, slots=True)
 class ReferenceState:
-    """The data from which signatures and free parameters are computed.
+    """The state from which signatures and free parameters are computed, as changes of residuals.
 
-    All that depends on a hypothesis starts here: signatures of effects and columns of free
-    parameters are changes of its residuals.
-
-    `base` are the residuals of the clean track. `force_model` is None where sensors alone are
-    judged.
+    All that depends on a hypothesis starts here. `base` are the residuals of the clean track.
+    `force_model` is None where sensors alone are judged.
     """
 
     clean: Track
@@ -458,10 +440,7 @@ class ReferenceState:
         return None if self.force_model is None else self.force_model.replay
 
     def moved(self, clean: Track, model: ForceModel | None) -> "ReferenceState":
-        """Return the reference state of another clean track or with another model.
-
-        Its residuals are computed anew.
-        """
+        """Return the reference state of another clean track or model, with new residuals."""
         base = channel_residuals(
             clean, self.grid, self.frame, None if model is None else model.replay
         )

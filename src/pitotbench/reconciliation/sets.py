@@ -32,13 +32,10 @@ class FittedHypothesis:
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """A cause that may act: its columns in the evidence, (k,), and its priors.
+    """A cause that may act: its columns in the evidence, (k,), its prior and its prior log odds.
 
-    They are the prior of its sizes and the logarithm of its prior odds. Two forms of one `cause`
-    are never in one set.
-
-    `left_open` are the columns of what its form leaves open, with the deviations of their priors,
-    (j,) each.
+    Two forms of one `cause` are never in one set. `left_open` are the columns of what its form
+    leaves open, with the deviations of their priors, (j,) each.
     """
 
     name: str
@@ -89,9 +86,9 @@ def _subsets(hypotheses: Sequence[Hypothesis], most: int) -> Iterator[tuple[Hypo
 
 
 def _weighed(evidence: Information, own: Sequence[Hypothesis]) -> WeighedSet:
-    """A set at the scales of its sizes that suit the log best.
+    """Return a set at the scales of its sizes that suit the log best.
 
-    Each scale is at even odds with the others of the ladder.
+    All scales of the ladder are at even odds.
     """
     ladder = THRESHOLDS.size_scales
     scales, best = [1.0] * len(own), -np.inf

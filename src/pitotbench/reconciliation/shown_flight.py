@@ -1,7 +1,6 @@
-"""What one flight shows with all gaps in the model.
+"""What one flight shows with all gaps in the model: what they close, and what still differs.
 
-It shows what they close, where it still differs, how small an effect it would show, and what it
-cannot show.
+Further: how small an effect it would show, and what it cannot show.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -39,12 +38,11 @@ from pitotbench.records.verdict import (
 
 @dataclass(frozen=True, slots=True)
 class ShownFlight:
-    """What one flight shows.
+    """What one flight shows: the gaps as its fit, what they close, and what stays unexplained.
 
-    It has the gaps as a fit of the flight and what they close, what was counted, other gusts than
-    those of the card, and the channels that wander or have a line.
-
-    `outweighs`: what wanders is larger than a share of what the gaps explain.
+    `certain` is what was counted, and other gusts than those of the card; `wandering` and `lines`
+    are the channels that wander or have a line. `outweighs`: what wanders is larger than a share of
+    what the gaps explain.
     """
 
     block: Block

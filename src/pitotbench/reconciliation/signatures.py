@@ -1,7 +1,4 @@
-"""Turn every effect of the table into a hypothesis.
-
-Its signature is the change of the residuals by the effect.
-"""
+"""Turn every effect of the table into a hypothesis with its signature, a change of residuals."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -49,11 +46,11 @@ Key = tuple[str, str]  # a size: the effect and its parameter
 class Signature:
     """The change of the residuals by one unit of a parameter, `column` (n, c).
 
-    It is the residuals with the effect less those without it, computed by the effect's code itself.
-    An effect on the sensors acts on the clean track, an effect in the air adds its wind, and an
-    effect on the aircraft changes the reaction of the force meter.
+    The residuals with the effect less those without it, computed by the effect's code itself. An
+    effect on the sensors acts on the clean track, an effect in the air adds its wind, and an effect
+    on the aircraft changes the reaction of the force meter.
 
-    It is the change by `size` units, divided by `size`, because effects are not quite linear.
+    The change is that by `size` units, divided by `size`, because effects are not quite linear.
     `shapes` holds the shapes of the effect that are not typical.
     """
 
@@ -71,9 +68,9 @@ def parameter_of(reference: ReferenceState, key: Key) -> Parameter:
 
 
 def times_of(signature: Signature) -> tuple[tuple[str, float], ...]:
-    """Return the fitted begin and end of an effect for a part of the flight [s].
+    """Return the fitted begin and end [s], by name, of an effect for a part of the flight.
 
-    They go by name. There are none for any other effect.
+    Empty for any other effect.
     """
     return tuple(
         (p.name, signature.shapes[p.name])
@@ -126,11 +123,10 @@ def signature_of(
 def residual_change(
     effect: Effect, reference: ReferenceState, sizes: Mapping[str, float]
 ) -> Array | None:
-    """Return the change of the residuals by an effect of these sizes, (n, c).
+    """Return the change of the residuals by an effect of these sizes, (n, c), None without one.
 
-    None where the log cannot show it, or the aircraft lacks the part that it changes.
-
-    Each class of effects registers how it acts on a reference state.
+    There is none where the log cannot show it, or the aircraft lacks the part that it changes. Each
+    class of effects registers how it acts on a reference state.
     """
     return None
 
@@ -185,10 +181,7 @@ def _air_change(
 def _aircraft_change(
     effect: AircraftEffect, reference: ReferenceState, sizes: Mapping[str, float]
 ) -> Array | None:
-    """The change by an effect on the aircraft.
-
-    It is the reaction with the effect less that without it, to the same motion.
-    """
+    """The change by an effect on the aircraft: its reaction less that without it, in one motion."""
     model = reference.force_model
     if model is None:
         return None
@@ -250,9 +243,7 @@ def moves_levers(overlay: Overlay) -> bool:
 
 
 def _throttle_split(overlay: Overlay) -> float | None:
-    """The left less the right offset of the throttle plates.
-
-    It is None where an overlay does not set them.
+    """Return the left less the right throttle plate's offset, None where nothing sets them.
 
     The log holds the positions of the plates, so that only their difference shows the offset.
     """
@@ -297,11 +288,10 @@ EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its ti
 
 
 def searched_shapes(effect: Effect) -> tuple[Parameter, ...]:
-    """Return the shapes of an effect that are searched for.
+    """Return the shapes of an effect that are searched for: times, and those of another form.
 
-    They are its times, and all shapes of another form of a cause.
-
-    Of an effect for a part of the flight only its begin and end are searched for.
+    That is another form of a cause. Of an effect for a part of the flight only its begin and end
+    are searched for.
     """
     if effect.part_of:
         return tuple(p for p in effect.parameters if p in (FROM, TO))
@@ -318,10 +308,7 @@ def cause_of(name: str) -> str:
 
 
 def lasts(name: str) -> bool:
-    """Whether an effect acts over the whole flight.
-
-    It is then to be seen in another flight as well.
-    """
+    """Return whether an effect acts over the whole flight, so that other flights have it too."""
     return not FITTED[name].part_of
 
 
@@ -331,10 +318,7 @@ def happens_once(name: str) -> bool:
 
 
 def returns(name: str) -> bool:
-    """Whether an effect is to be seen in another flight of the airplane.
-
-    It is if it lasts, and is no event at a time.
-    """
+    """Return whether an effect is to be seen in another flight: it lasts, and is no event."""
     return lasts(name) and not any(p.shape and p.name in EVENTS for p in FITTED[name].parameters)
 
 

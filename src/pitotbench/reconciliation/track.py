@@ -194,10 +194,7 @@ class Grid:
         return self._at(self.rows, values, gps)
 
     def smooth_answer(self, values: Array, rows: Indices) -> Array:
-        """Return columns given at some rows, (m, k), at the instants, (n, k).
-
-        They go through the same filter.
-        """
+        """Return columns of some rows, (m, k), through the same filter at the instants, (n, k)."""
         return np.asarray(self._answer_weights(rows) @ values)
 
     def _answer_weights(self, rows: Indices) -> csr_array:
@@ -232,9 +229,7 @@ class Grid:
         return np.asarray(values[around] @ self.taps)
 
     def mean_between(self, values: Array, gps: bool = False) -> Array:
-        """Return the mean of a channel from the previous instant to each instant.
-
-        It is 0 at the first of every stretch.
+        """Return a channel's mean from the previous instant to each, 0 where a stretch begins.
 
         The integral by the trapezoidal rule passes the same filter as velocities do.
         """
@@ -245,10 +240,7 @@ class Grid:
         return np.where(self.first, 0.0, mean)
 
     def rate(self, values: Array, track: Track) -> Array:
-        """Return the change a second since the previous instant of values at the instants, (n,).
-
-        It is 0 at the first instant of every stretch.
-        """
+        """Return the change a second since the previous instant, (n,), 0 where a stretch begins."""
         seconds = np.maximum(np.diff(self.rows, prepend=self.rows[0]), 1) * track.row_period
         return np.where(self.first, 0.0, np.diff(values, prepend=values[0]) / seconds)
 

@@ -1,7 +1,4 @@
-"""From flights that are laid out to one answer.
-
-All gaps are fitted, what remains is examined, and how sure the answer is is told.
-"""
+"""From flights that are laid out to one answer: fit all gaps, examine the rest, tell how sure."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -64,10 +61,7 @@ class Objection:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """The answer on one flight or several.
-
-    It comes with the gaps that it follows from, and with what each flight says.
-    """
+    """The answer on one flight or several, its gaps, and what each flight says."""
 
     verdict: Verdict
     fitted: Fitted
@@ -141,9 +135,7 @@ def _impossible(fitted: Fitted) -> Iterable[str]:
 
 
 def _left_by_lines(fitted: Fitted) -> Iterable[str]:
-    """The hypotheses whose gap a spectral line may leave.
-
-    Their gap is no more than what the form of the line leaves in the channel that they move.
+    """Yield the hypotheses whose gap a spectral line may leave in the channel that they move.
 
     The waves of a line have an even amplitude; that of the error may follow the airspeed or height.
     """
@@ -168,12 +160,11 @@ def _objections(
     flights: Sequence[JoinedFlight],
     holdout_closure: Closure | None,
 ) -> Iterable[Objection]:
-    """What speaks against the names.
+    """Yield what speaks against the names: other flights, a held-out log, too little closed.
 
-    It is flights left out, contradictions, a held-out log, and too little that is closed.
-
-    Where all terms of the model's file compete, a gap that stays is one of a further term, and
-    withdraws no name.
+    Other flights speak by what they leave where their sizes are held, and by contradictions. Where
+    all terms of the model's file compete, a gap that stays is one of a further term, and withdraws
+    no name.
     """
     alone = not any(each.block.layout.setting.terms for each in shown)
     for flight in flights:
@@ -267,9 +258,9 @@ def _answer(
 
 
 def _worth(left: float) -> float:
-    """What a share of a gap is worth as a probability.
+    """Return what a share of a gap is worth as a probability, by what all gaps leave.
 
-    It depends on what all gaps leave: right names leave little, wrong ones seldom do.
+    Right names leave little, wrong ones seldom do.
     """
     return THRESHOLDS.told_closed if left < THRESHOLDS.told_left else THRESHOLDS.told_open
 
@@ -296,8 +287,8 @@ def may_be_form(found: FoundGap, gaps: Sequence[FoundGap]) -> bool:
 def may_be_gusts(fitted: Fitted, found: FoundGap) -> bool:
     """Return whether gusts may make a gap of a moment.
 
-    They may where no vane shows them, and no null flight tells how the airplane and its controls
-    answer them.
+    So where no vane shows them, and no null flight tells how the airplane and its controls answer
+    them.
     """
     blocks = fitted.regression.blocks
     unseen = all(is_without_vanes(b.layout.track) and b.null.flights == 0 for b in blocks)
@@ -388,10 +379,10 @@ LEAST_SHOWN = 0.2
 
 
 def agreeing_changes(fitted: Fitted) -> list[tuple[str, Estimate]]:
-    """Return the changes of those derivatives in which maneuvers show no gap.
+    """Return the changes of the derivatives in which maneuvers show no gap.
 
-    They are fitted together with all gaps and one another. Only those are told that the maneuvers
-    show. It is empty for any other log.
+    All are fitted together, with the gaps. Only those are told that the maneuvers show. Empty for
+    any other log.
     """
     regression = fitted.regression
     if not all(block.layout.setting.maneuvers for block in regression.blocks):

@@ -64,7 +64,7 @@ class Information:
     ) -> SizePosterior:
         """Return the posterior of the sizes of some columns with these prior deviations, (k,).
 
-        Where a prior is flat, axes with less than the share `least` of the strongest are left out.
+        Axes with less than the share `least` of the strongest are left out where a prior is flat.
         """
         chosen = np.asarray(columns, dtype=np.intp)
         scale = np.broadcast_to(np.asarray(deviations, dtype=np.float64), chosen.shape)
@@ -158,10 +158,7 @@ class Information:
         return Information(self.inner - share * np.outer(across, across))
 
     def tempered(self, power: float) -> "Information":
-        """Return the information of the likelihood to some power.
-
-        It is that of noise 1/√power times as large.
-        """
+        """Return the information of the likelihood to some power, as of noise 1/√power as large."""
         return Information(power * self.inner)
 
     def gain(self, columns: Sequence[int], given: Sequence[int] = ()) -> float:
@@ -210,9 +207,9 @@ class Marginal:
 
 
 def information_from(normal: Array, right: Array, square: float = 0.0) -> Information:
-    """Return the information of inner products.
+    """Return the information of columns' inner products, those with the residual, and its own.
 
-    They are those of the columns, (m, m), those with the residual, (m,), and that of the residual.
+    They are (m, m), (m,) and one number.
     """
     return Information(np.block([[normal, right[:, None]], [right[None], np.array([[square]])]]))
 

@@ -52,9 +52,7 @@ def half_width(
 def simultaneous_factor(
     weights: Array, means: Array, covariances: Array, gradient: Array, bounds: Array
 ) -> float:
-    """Return the factor by which pointwise bounds must grow to hold at all points at once.
-
-    It is at least 1.
+    """Return the factor, at least 1, by which pointwise bounds must grow to hold at all points.
 
     They then hold together in `TWO_SIGMA_SHARE` of cases. The factor is that quantile of the
     largest deviation, in units of the bounds, over draws of the mixture with a fixed seed.
@@ -104,7 +102,7 @@ class Posterior:
         return np.asarray(within + np.einsum("m,mp,mq->pq", self.weights, offset, offset))
 
     def not_negative(self, place: int) -> "Posterior":
-        """The same answer where θ[place] cannot be negative, as with a half-normal prior.
+        """Return the same answer where θ[place] cannot be negative, as with a half-normal prior.
 
         Each Gaussian keeps the mean and the covariance that its part at θ[place] >= 0 has (Johnson,
         Kotz and Balakrishnan, Continuous Univariate Distributions 1, 1994, §10.1).
@@ -126,7 +124,7 @@ class Posterior:
     def without(self, place: int) -> "Posterior":
         """Return the same answer where θ[place] is known to be zero.
 
-        It is zero to a thousandth of its deviation. An exact number has no bound.
+        To a thousandth of its deviation: an exact number has no bound.
         """
         shared = self.covariances[:, :, place]
         by_variance = (1.0 - _EXACT) * shared / shared[:, place, None]
@@ -154,20 +152,16 @@ class Posterior:
             return np.asarray(covariance / np.outer(deviation, deviation))
 
     def simultaneous(self, gradient: Array, bounds: Array) -> Array:
-        """Return half-widths that hold at all points together.
-
-        They are the pointwise `bounds` (c,) times one factor.
-        """
+        """Return half-widths that hold at all points together: `bounds` (c,) times one factor."""
         return bounds * simultaneous_factor(
             self.weights, self.means, self.covariances, gradient, bounds
         )
 
     def two_sigma_by(self, place: int, gradient: Array, bounds: Array) -> Array:
-        """Return the part of the 2σ `bounds`, (c,), that the uncertainty of θ[place] adds.
+        """Return the part of the 2σ `bounds`, (c,), by the uncertainty of θ[place], 0 where known.
 
-        There is none where θ[place] is known.
-
-        It is the bound times the correlation with θ[place], so that no part exceeds the whole.
+        The part is the bound times the correlation with θ[place], so that no part exceeds the
+        whole.
         """
         covariance = self.covariance
         variance = (

@@ -67,9 +67,7 @@ class MarkovProcess:
 
 
 class MarkovNoise:
-    """The factored covariance of white noise plus Markov processes over intervals.
-
-    It may be a stack of b of them.
+    """The factored covariance, or a stack of b, of white noise and Markov processes over intervals.
 
     The likelihood is exact, in linear time. The data are means over short intervals. The states of
     a process are its values at the edges of the intervals. Given these, the mean over an interval
@@ -132,9 +130,7 @@ class MarkovNoise:
     def _interval_means(
         self, intervals: Intervals, processes: Sequence[MarkovProcess]
     ) -> list[list[Array]]:
-        """Return the loads of the interval means on the components at their two edges.
-
-        They are (b, n), output by output.
+        """Return the loads of interval means on the components at both edges, (b, n) by output.
 
         The variance of the remainders (the bridges) is added to the white variance. With a = Δ/τ,
         E[mean | edges] = tanh(a/2)/a · (sum of the edges); the remainder follows from the total
@@ -204,10 +200,7 @@ class MarkovNoise:
         return factors
 
     def _add_data(self, bands: Array) -> None:
-        """Add the information of the data on the states.
-
-        It is the products of the loads over the white variance.
-        """
+        """Add the data's information on the states: products of loads over the white variance."""
         for output, loads in enumerate(self._loads):
             for p, load in enumerate(loads):
                 weighted = load / self._variance[:, output]
@@ -230,10 +223,10 @@ class MarkovNoise:
     def precision_blocks(self) -> Array:
         """The blocks of C⁻¹ between the outputs of each interval, (n, o, o), of one noise.
 
-        They need the states' covariance at the two edges of an interval alone. It follows from the
-        Cholesky factor edge by edge from the last (Takahashi, Fagan and Chin 1973): with the blocks
-        A of the factor at an edge and B below it, and G = B A⁻¹, the covariance at an edge is
-        (A Aᵀ)⁻¹ + Gᵀ Z G with Z at the next, and −Z G between the two.
+        The states' covariance at the two edges of an interval is all that they need. It follows
+        from the Cholesky factor edge by edge from the last (Takahashi, Fagan and Chin 1973): with
+        the blocks A of the factor at an edge and B below it, and G = B A⁻¹, the covariance at an
+        edge is (A Aᵀ)⁻¹ + Gᵀ Z G with Z at the next, and −Z G between the two.
         """
         m, square = self._width, self._width**2
         row, column = np.indices((m, m))

@@ -1,6 +1,4 @@
-"""Noise at points in time: white noise plus first-order recursions.
-
-Its likelihood is exact, in O(n).
+"""Noise at points in time: white noise plus first-order recursions, with exact likelihood in O(n).
 
 The counterpart of `MarkovNoise` for slow processes, whose change within a block does not matter. A
 process is x_j = kept_j x_{j−1} + e_j, with the variance of e_j given point by point: an
@@ -49,9 +47,9 @@ class UnknownColumns:
 def ornstein_uhlenbeck(
     time: Seconds, deviation: float | Array, memory: float | Array, loading: tuple[float, ...]
 ) -> Recursion:
-    """Return a stationary process of a standard deviation and a correlation time [s].
+    """Return a stationary process of a deviation and a correlation time [s], or a stack of (b,).
 
-    It is at times (n,), or a stack of (b,).
+    The process is at times (n,) [s].
     """
     deviation, memory = (np.asarray(each)[..., None] for each in (deviation, memory))
     step = np.diff(time)
@@ -64,24 +62,19 @@ def ornstein_uhlenbeck(
 def random_walk(
     time: Seconds, rate: float | Array, first: Booleans, loading: tuple[float, ...]
 ) -> Recursion:
-    """Return a walk whose variance grows by rate² a second.
-
-    It begins anywhere at each `first` point, (n,) of bool.
-    """
+    """Return a walk from anywhere at each `first` point, (n,), its variance growing by rate² t."""
     step, rate = np.diff(time, prepend=time[0]), np.asarray(rate)[..., None]
     return Recursion(np.where(first, 0.0, 1.0), np.where(first, np.inf, rate**2 * step), loading)
 
 
 class PointNoise:
-    """The factored covariance of white noise plus recursions at n points, seen by o outputs.
+    """The factored covariance, or a stack of b, of white noise and recursions at n points.
 
-    It may be a stack of b.
-
-    Parameters: white variance, (o, n), infinite where an output has no datum, or (b, o, n) for a
-    stack; recursions; unknown columns or None. The noises of a stack have the same data, and their
-    numbers are those of each alone, bit for bit. The data are those of the first output, then those
-    of the next; without the missing ones. Raises numpy.linalg.LinAlgError where a covariance is not
-    positive definite.
+    Parameters: white variance of o outputs, (o, n), infinite where an output has no datum, or (b,
+    o, n) for a stack; recursions; unknown columns or None. The noises of a stack have the same
+    data, and their numbers are those of each alone, bit for bit. The data are those of the first
+    output, then those of the next; without the missing ones. Raises numpy.linalg.LinAlgError where
+    a covariance is not positive definite.
     """
 
     def __init__(
@@ -175,10 +168,7 @@ class PointNoise:
         )
 
     def _solve(self, data: Array) -> Array:
-        """Return the inverse covariances times data, (b, rows, k).
-
-        They are those of the white noise and the processes alone.
-        """
+        """Return the inverse covariances of white noise and processes times data, (b, rows, k)."""
         m, columns, (stack, outputs, points) = (
             len(self._loading),
             data.shape[1],

@@ -166,8 +166,7 @@ def _instruments_and_response(problem: Regression) -> Array:
 def _log_likelihoods(problem: Regression, products: Array, log_determinants: Array) -> Array:
     """Return the restricted log-likelihoods, (b, r), under each of r rival priors.
 
-    They come from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|, (b,); the probability of a prior,
-    1/r, is in them.
+    From [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|, (b,), with the probability of a prior, 1/r.
     """
     rivals = range(len(problem.rivals))
     found = [_log_likelihood(problem, products, rival) for rival in rivals]
@@ -251,21 +250,19 @@ class Solution:
 
 
 def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
-    """Return β, (p,), and its covariance, (p, p), given the noise.
+    """Return β, (p,), and its covariance, (p, p), given the noise, under the likeliest prior.
 
-    It is the answer under the likeliest of rival priors; see `solutions`. Raises as it does.
+    See `solutions` for the other rival priors. Raises as that does.
     """
     likeliest = max(solutions(problem, noise), key=lambda each: each.weight)
     return likeliest.estimate, likeliest.covariance
 
 
 def solutions(problem: Regression, noise: Noise) -> list[Solution]:
-    """Return the answers under each rival prior, given the noise.
+    """Return the generalized least-squares answers under each rival prior, given the noise.
 
-    They are those of generalized least squares with instruments.
-
-    With instruments equal to regressors this is ordinary generalized least squares.
-    Raises NoAnswerError where the data do not determine β.
+    With instruments equal to regressors this is ordinary generalized least squares. Raises
+    NoAnswerError where the data do not determine β.
     """
     weighed = (
         noise.weighed_instruments()
@@ -303,9 +300,7 @@ def _solved(problem: Regression, weighed: Array, rival: int = 0) -> tuple[Array,
 def most_likely_noise(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> Array:
-    """Return the approximate mode of the posterior of φ = ln(noise parameters), (d,).
-
-    It is searched from `start`.
+    """Return the approximate mode of the posterior of φ = ln(noise parameters), (d,), near `start`.
 
     Raises NoAnswerError where none is found.
     """
@@ -349,11 +344,9 @@ def noise_posterior(
 def weighted_noises(
     problems: Sequence[tuple[Regression, NoiseOf]], log_prior: LogPrior, start: Array
 ) -> tuple[Array, Array]:
-    """Return nodes of the posterior of φ, (m, d), of several problems that share φ alone.
+    """Return nodes (m, d) of the posterior of a φ that several problems share, and weights (m,).
 
-    Their weights, (m,), add up to one.
-
-    Raises as `noise_posterior` does.
+    The problems share φ alone. The weights add up to one. Raises as `noise_posterior` does.
     """
     heights_of_each = [_heights_of(*problem, lambda _: 0.0) for problem in problems]
 
@@ -455,10 +448,7 @@ def _climb(
 def _uphill(
     heights: Heights, place: Array, here: float, step: Array, count: int | None
 ) -> tuple[Array, tuple[float, Array, Array]] | None:
-    """Take a step, halved until the function grows, and look around there.
-
-    None where no such step is found.
-    """
+    """Take a step, halved until the function grows, and look around there; None without one."""
     there = _around(heights, place + step, count)  # most steps are taken, and all this is one stack
     if np.isfinite(there[0]) and there[0] > here:
         return place + step, there
@@ -471,9 +461,9 @@ def _uphill(
 
 
 def _around(heights: Heights, place: Array, count: int | None) -> tuple[float, Array, Array]:
-    """Return the height at a place, and the derivatives there.
+    """Return the height at a place, its first derivatives (d,), and minus its second ones (d, d).
 
-    They are the central first ones, (d,), and minus the second ones, (d, d).
+    The first derivatives are central differences.
     """
     d, h = len(place), _DIFFERENCE
     step = np.eye(d) * h
@@ -495,10 +485,7 @@ def _around(heights: Heights, place: Array, count: int | None) -> tuple[float, A
 
 
 def _first_set(noise_of: NoiseOf) -> int | None:
-    """Return the number of parameters of the first of two sets of rows.
-
-    None where there is one set.
-    """
+    """Return the number of parameters of the first of two sets of rows, None for one set."""
     return noise_of.count if isinstance(noise_of, JointNoiseOf) else None
 
 
@@ -519,10 +506,7 @@ def _axes_by_set(curvature: Array, count: int | None) -> Array:
 
 
 def _principal_axes(curvature: Array) -> Array:
-    """Return the principal axes of the posterior at its mode, as columns (d, d).
-
-    They are one standard deviation long.
-    """
+    """Return the posterior's principal axes at its mode, one deviation long, as columns (d, d)."""
     # The limits keep a flat direction from putting nodes at absurd noise levels.
     values, vectors = np.linalg.eigh(curvature)
     deviations = np.clip(1.0 / np.sqrt(np.maximum(values, 1e-6)), _NARROWEST, _WIDEST)

@@ -27,10 +27,10 @@ def part_of(
     without: Iterable[str] = (),
     names: tuple[str, str] = ("--from", "--to"),
 ) -> Part:
-    """Return the part of a log that texts state.
+    """Return the part of a log that texts state: two moments, and spans to leave out.
 
-    They are two moments such as `12:30`, and spans such as `14:00-15:30` to leave out. Raises
-    BadInputError, with the name of the moment, for what is none.
+    A moment is as `12:30`, a span as `14:00-15:30`. Raises BadInputError, with the name of the
+    moment, for what is none.
     """
     first, last = (
         None if text in (None, "") else _moment(name, text)

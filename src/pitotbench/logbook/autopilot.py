@@ -101,10 +101,9 @@ def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:
     """Return a table of an autopilot's log with the airspeed parameters that it was flown with.
 
     `values` are all parameters that are known of the flight, by name, of which those of the
-    `sensor` act on it. A pressure that the autopilot
-    logs before its ratio acts on it, known by its column, becomes the impact pressure [Pa] of the
-    airspeed that was shown, √(R·d). A table without such a column, or without a known ratio, stays
-    as it is.
+    `sensor` act on it. A pressure that the autopilot logs before its ratio acts on it, known by its
+    column, becomes the impact pressure [Pa] of the airspeed that was shown, √(R·d). A table without
+    such a column, or without a known ratio, stays as it is.
     """
     for kind in AUTOPILOTS.values():
         autopilot = kind.of_sensor(sensor)
@@ -149,7 +148,7 @@ def as_shown(table: Table, values: Mapping[str, Any], sensor: int = 1) -> Table:
 def _as_used(table: Table, known: dict[str, float], prefix: str) -> dict[str, float]:
     """Return the parameters with what ArduPilot's messages say of them.
 
-    That is the offset in use, which tube led, and the ratio where it is not known.
+    The offset in use, which tube led, and the ratio where it is not known.
     """
     used = dict(known)
     if {"Offset", "RawPress"} <= set(table.names):
@@ -178,9 +177,8 @@ def tube_sign(known: Mapping[str, float], prefix: str) -> float:
 def stated_parameters(text: str) -> tuple[str, dict[str, float]]:
     """Return the autopilot that a text names, and the old values that it states.
 
-    Such a text is `px4`, or `ardupilot,ARSPD_RATIO=1.99,ARSPD_OFFSET=3`.
-
-    Raises BadInputError for an unknown autopilot or a value that is not a number.
+    Such a text: `px4`, or `ardupilot,ARSPD_RATIO=1.99,ARSPD_OFFSET=3`. Raises BadInputError for an
+    unknown autopilot or a value that is not a number.
     """
     name, *parts = [part.strip() for part in text.split(",") if part.strip()] or [""]
     if name not in AUTOPILOTS:

@@ -94,9 +94,9 @@ _MOST_BLANK = 0.9  # share of rows for which a unit may start up: what follows i
 
 
 def drop_blank_start(draft: Draft) -> None:
-    """Drop the rows before a unit has started up.
+    """Drop the rows before the first in which each needed channel has given a number.
 
-    They end with the first row in which each needed channel has given a number.
+    A unit has not started up in them.
     """
     first = {
         q.name: int(np.argmax(~np.isnan(draft.channels[q.name])))

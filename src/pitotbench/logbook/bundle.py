@@ -1,7 +1,4 @@
-"""Folders and .zip files of logs, such as the card of a display.
-
-Which logs they hold, and which flights these are.
-"""
+"""Folders and .zip files, such as a display's card: which logs they hold, and which flights."""
 
 import lzma
 import stat
@@ -31,11 +28,9 @@ def is_bundle(path: Path) -> bool:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Path]:
-    """Give the path at which a log can be read.
+    """Give the path at which a log can be read, inside a .zip file that of an unpacked folder.
 
-    Of a .zip file, and of a file in one (`card.zip/flight.csv`), that is in an unpacked folder,
-    which is removed again; else it is the path itself.
-
+    Such a file is a .zip file or one in it (`card.zip/flight.csv`). The folder is removed again.
     Raises BadInputError for a .zip file that is broken, locked, or unpacks to more than 2 GB, and
     where the disk does not take it.
     """
@@ -121,10 +116,9 @@ def logs_given(path: Path) -> list[Path]:
 
 
 def logs_in(folder: Path) -> list[Path]:
-    """Return the files below a folder that may be logs, by their names, one folder deep.
+    """Return the files below a folder, at any depth, that may be logs by their names.
 
-    Of a log in several files, as one table a topic, it is the first file of its mapping.
-
+    Of a log in several files, as one table a topic, the first file of its mapping stands for all.
     Raises BadInputError for a folder of more than 500 such files.
     """
     suffixes = tuple({*FORMATS, *READ_ONLY, *TOPIC_READERS})

@@ -54,9 +54,7 @@ _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact 
 
 
 def check_units(draft: Draft) -> None:
-    """Find channels outside their plausible range.
-
-    They are in another unit than the column says, or from a dead sensor.
+    """Find channels outside their plausible range, by a wrong unit or a dead sensor.
 
     Raises BadInputError for an essential channel; any other is ignored with a warning.
     """

@@ -94,9 +94,7 @@ def _after_restarts(draft: Draft, time: Seconds) -> Seconds:
 
 
 def _spread(time: Seconds, stamp: float) -> Seconds | None:
-    """Return the moments of rows whose clock counts in steps of `stamp` [s], (n,).
-
-    Each is the mean of its neighbors'.
+    """Return the moments (n,) [s] of a clock in steps of `stamp` [s], as means of neighbors.
 
     They stay within a step of the clock, but for what a real recorder lets its stamps tremble, and
     increase strictly. None where the clock stands still for so long that it is no coarse clock.

@@ -92,7 +92,7 @@ def _date(name: str) -> list[Guess]:
 def _evenness(time: Array) -> float:
     """Return what a clock gains or loses in score.
 
-    One that never repeats and never runs back is the log's.
+    The log's clock never repeats and never runs back.
     """
     steps = np.diff(time[np.isfinite(time)])
     if not len(steps) or np.any(steps < 0.0) or not np.any(steps > 0.0):
@@ -102,9 +102,9 @@ def _evenness(time: Array) -> float:
 
 
 def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> list[Guess]:
-    """Return the guesses for words of a name with a unit.
+    """Return the guesses for words of a name, each with the units that suit its values.
 
-    Each has the units in which the values are plausible.
+    In these units the values are plausible.
     """
     found: list[Guess] = []
     if _NOT_MEASURED & set(words) or list(words) == ["rate"] or _OTHER_UNITS.search(name):
@@ -129,10 +129,7 @@ def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> li
 def with_units(
     name: str, quantity: Channel, score: float, sign: float, written: str, values: Array
 ) -> list[Guess]:
-    """Return the guess with the units in which the values are plausible.
-
-    There is none where no unit is.
-    """
+    """Return the guess with the units in which the values are plausible, [] where none is."""
     if written in SCALED and SCALED[written][0] in quantity.suffixes:
         suffix, factor = SCALED[written]
         return [Guess(name, quantity.name, (suffix,), score, True, sign * factor)]

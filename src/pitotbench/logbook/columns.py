@@ -1,7 +1,4 @@
-"""A table as read from a file: column names with unit suffixes, clock times, a TOML header.
-
-It is not yet a log.
-"""
+"""A table as read from a file, not yet a log: names with units, clock times, a TOML header."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -236,9 +233,7 @@ _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before r
 
 
 def parse_column(column: str) -> tuple[Channel, str] | None:
-    """Return the quantity and the unit suffix of a column name.
-
-    None for a name that is not in the table.
+    """Return the quantity and the unit suffix of a column name, None for one not in the table.
 
     Raises BadInputError for a quantity of the table whose unit is missing, unknown or of another
     dimension.
@@ -382,9 +377,7 @@ def is_clock(column: Column) -> bool:
 
 
 def clock_seconds(name: str, column: Column) -> Seconds:
-    """Return clock times as seconds, (n,).
-
-    They count from 1970 with a date, else from midnight of the first day.
+    """Return clock times as seconds, (n,), from 1970 with a date, else from the first midnight.
 
     A clock without a date that falls by more than half a day has passed midnight. Empty cells are
     NaN. Raises BadInputError that names the first row which is no clock time.

@@ -108,10 +108,7 @@ def read_text(file: BinaryIO) -> Table:
 
 
 def _utf8(path: Path) -> BinaryIO:
-    """Return the UTF-8 text of a file.
-
-    It is on the disk or, of a packed file and of one in UTF-16, in memory.
-    """
+    """Return the UTF-8 text of a file: on the disk, in memory if packed or in UTF-16."""
     with path.open("rb") as raw:
         begin = raw.read(len(_PACKED))
     data = unpacked(path) if begin == _PACKED else None
@@ -142,11 +139,10 @@ def unpacked(path: Path) -> bytes:
 
 
 def _cells(line: bytes, delimiter: str) -> list[str]:
-    """Return the cells of a line.
-
-    There are none of a line that Arrow may read, or refuse with the number of its row.
+    """Return the cells of a line, none for a line that is left to Arrow.
 
     Such a line holds a carriage return that ends none, or a cell of more than 131,072 letters.
+    Arrow may read it, or refuse it with the number of its row.
     """
     text = line.decode("utf-8", errors="replace").strip("\r\n")
     try:
@@ -156,12 +152,10 @@ def _cells(line: bytes, delimiter: str) -> list[str]:
 
 
 def _names_line(head: list[bytes]) -> int:
-    """Return the place of the line of names among the first lines of a table.
+    """Return the place of the line of names among the first lines of a table, usually 0.
 
-    It is 0, unless the first line is no such line and one further down has as many cells as the
-    rows below it.
-
-    A line of names holds no number, and hardly a text twice.
+    Another line is taken where the first is no such line and one further down has as many cells as
+    the rows below it. A line of names holds no number, and hardly a text twice.
     """
     # Names have more letters than rows.
     delimiter = _delimiter(max(head, key=lambda line: len(_LETTERS.findall(line))), head[-1])
@@ -339,10 +333,10 @@ def _check_ragged(ragged: list[Any], rows: int, between: int) -> list[str]:
 
 
 def to_columns(table: "pa.Table") -> tuple[tuple[str, ...], tuple[Column, ...]]:
-    """Return the names and the columns of an Arrow table as arrays.
+    """Return the names of an Arrow table, and its columns as arrays.
 
-    They are floats with NaN for empty cells, booleans, or objects. Each leaves the table as it
-    comes, so that a long log is in memory once.
+    The arrays are floats with NaN for empty cells, booleans, or objects. Each leaves the table as
+    it comes, so that a long log is in memory once.
     """
     import pyarrow as pa
 

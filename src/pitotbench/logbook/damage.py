@@ -46,9 +46,9 @@ def complete(kind: str, broken: type[Exception] | tuple[type[Exception], ...]) -
 
 @contextmanager
 def heard(said: list[str]) -> Iterator[None]:
-    """Keep the lines that a library prints of what it skips.
+    """Keep the lines that a library prints of what it skips, those of its compiled part as well.
 
-    Its compiled part writes to the descriptor itself.
+    The compiled part writes to the descriptor itself.
     """
     with TemporaryFile() as file, redirect_stdout(StringIO()) as printed, redirect_stderr(printed):
         own = os.dup(2)

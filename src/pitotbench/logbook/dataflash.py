@@ -30,9 +30,9 @@ def _begin(path: Path) -> bytes:
 def read_messages(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], dict[str, Any]]:
     """Return the tables of some kinds of message and the log's parameters.
 
-    Kinds that the log lacks are left out. Values are in the units that the log states for
-    its fields (a latitude in degrees, not in 1e-7 of them). Raises
-    BadInputError where pymavlink is not installed or the file is not a DataFlash log.
+    Kinds that the log lacks are left out. Values are in the units that the log states for its
+    fields (a latitude in degrees, not in 1e-7 of them). Raises BadInputError where pymavlink is not
+    installed or the file is not a DataFlash log.
     """
     try:
         # an extra: most users never read a DataFlash log

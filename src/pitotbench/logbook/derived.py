@@ -117,11 +117,9 @@ def _counts_from_1970(seconds: Seconds) -> bool:
 def _temperature(draft: Draft, header: dict[str, Any]) -> None:
     """Form the air's temperature from true airspeed and Mach number where the log holds none.
 
-    Both are of one computer, and their ratio is the speed of sound.
-
-    Both come in steps, and at moments of their own. Their temperature is that of the standard day
-    and a departure, which is linear in height where the log climbs. Without a Mach number a
-    calibrated airspeed gives it.
+    Where both are of one computer, their ratio is the speed of sound. They come in steps, and at
+    moments of their own. Their temperature is that of the standard day and a departure, which is
+    linear in height where the log climbs. Without a Mach number a calibrated airspeed gives it.
     """
     c = draft.channels
     static, fast = c.get("static_pressure"), c.get("true_airspeed")
@@ -225,11 +223,10 @@ _FIELD_SPREAD = 600.0  # m: its 2σ
 
 
 def _altitude(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the static pressure from a height.
+    """Form the static pressure from a pressure altitude, or an altitude and the altimeter setting.
 
-    That is the pressure altitude, or an altitude with the setting of the altimeter. Without the
-    setting, and from a height above the place of take-off, the pressure is a standard day's, and
-    `header` gets what is unknown of it.
+    Without the setting, and from a height above the place of take-off, the pressure is a standard
+    day's, and `header` gets what is unknown of it.
     """
     pressure_altitude, indicated, above = (
         draft.channels.pop(name, None)

@@ -106,9 +106,8 @@ class Draft:
     ) -> None:
         """Keep the rows from `begin` to `end` [s] after the first one, but those of `without`.
 
-        None is the log's own begin or end; `without` are spans that are left out.
-
-        Raises BadInputError where the log holds no such part.
+        None is the log's own begin or end; `without` are spans that are left out. Raises
+        BadInputError where the log holds no such part.
         """
         self.start = float(self.channels["time"][0])
         since = self.channels["time"] - self.start

@@ -66,10 +66,7 @@ class DraftedMapping:
 
     @property
     def unusable(self) -> bool:
-        """Whether the mapping cannot work as it is.
-
-        It lacks something essential, or the log is refused with it.
-        """
+        """Whether the mapping lacks something essential, or the log is refused with it."""
         return bool(self.missing or self.refusal)
 
 
@@ -156,9 +153,9 @@ _UNIT_LENGTH = 0.01  # by which the sum of the squares of a quaternion differs f
 
 
 def _quaternions(table: Table) -> dict[str, str]:
-    """Return the columns that are the four parts of a quaternion, with our names.
+    """Return our names of the columns that are the four parts of a quaternion.
 
-    They have one name with four numbers or letters, and their squares add up to one.
+    Such columns have one name with four numbers or letters, and their squares add up to one.
     """
     stems: dict[str, dict[int, str]] = {}
     for name in table.names:
@@ -208,9 +205,9 @@ def _without_superseded(table: Table, chosen: list[Guess]) -> list[Guess]:
 
 
 def _with_a_height(table: Table, chosen: list[Guess]) -> list[Guess]:
-    """Return the guesses with a height for the static pressure where there is none.
+    """Return the guesses with the altitude as the height for a static pressure that is missing.
 
-    It is the altitude, whose reference is then as good as unknown.
+    The reference of that height is as good as unknown.
     """
     lifted = [
         replace(g, quantity="indicated_altitude") if g.quantity == "altitude" else g for g in chosen

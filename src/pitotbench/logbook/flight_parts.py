@@ -14,9 +14,7 @@ STOP = 20.0
 
 
 def flights_in(log: FlightLog) -> list[FlightLog]:
-    """Return the log cut at every pause of more than five minutes.
-
-    Where there is none, it is a list of the log alone.
+    """Return the log cut at every pause of more than five minutes, as a list of logs.
 
     A part of a single row, which is no log, is left out.
     """
@@ -26,7 +24,7 @@ def flights_in(log: FlightLog) -> list[FlightLog]:
 def flights_between_stops(log: FlightLog) -> list[FlightLog]:
     """Return the log cut at every pause and every stop on the ground of at least `STOP`.
 
-    Such a stop is a taxi back to the runway. Else as `flights_in`.
+    A taxi back to the runway is such a stop. Else as `flights_in`.
     """
     after = pauses(log.time)
     slow = np.hypot(log.velocity_north, log.velocity_east) < TAXI

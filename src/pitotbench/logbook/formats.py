@@ -120,11 +120,10 @@ class TopicReader:
     def read(
         self, path: Path, files: Sequence[MappedFile]
     ) -> tuple[list[Table | None], dict[str, Any]]:
-        """Return the table of each file of a mapping, and the parameters of the log.
+        """Return the tables of a mapping's files, None for absent ones, and the log's parameters.
 
-        None for an optional file that is absent.
-
-        Raises BadInputError for a missing topic, with those that are there.
+        Only an optional file may be absent. Raises BadInputError for a missing topic, with those
+        that are there.
         """
         wanted = [
             [pattern.removeprefix("*").removesuffix(".csv") for pattern in entry.patterns]

@@ -29,9 +29,9 @@ def _place(latitude: Radians, longitude: Radians) -> str:
 
 
 def form_velocity(draft: Draft, header: dict[str, Any]) -> None:
-    """Form the velocity from ground speed and track, else from positions.
+    """Form the velocity from ground speed and track, else from positions, where it is needed.
 
-    Where the log holds it in coarse steps, it is formed only from a finer ground speed and track.
+    A velocity that the log holds in coarse steps gives way only to a finer ground speed and track.
     """
     speed, track, magnetic = (
         draft.channels.pop(name, None) for name in ("ground_speed", "track", "magnetic_track")
@@ -117,9 +117,9 @@ def _velocity_from_position(
 ) -> None:
     """Form the ground velocity from fixes of the position, by differences centered on each.
 
-    On the ellipsoid of WGS 84. Between fixes the velocity is held. The noise of the fixes is what
-    the velocity differs by from the mean of its neighbors; `header` gets it as the accuracy of the
-    velocity.
+    Distances are those on the ellipsoid of WGS 84. Between fixes the velocity is held. The noise of
+    the fixes is what the velocity differs by from the mean of its neighbors; `header` gets it as
+    the accuracy of the velocity.
     """
     time = draft.channels["time"]
     known = np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(time)
@@ -225,9 +225,9 @@ def _wind_at(draft: Draft, rows: NDArray[np.intp], velocity: Array) -> Array:
 
 
 def _at_fixes(between: Array, reach: int) -> Array:
-    """Return the mean of what is between fixes (m, k − r), before and after each fix, (m, k).
+    """Return at each fix, (m, k), the mean of what is between fixes (m, k − r) before and after.
 
-    At either end it is that of the one side.
+    At either end the mean is that of the one side.
     """
     before = np.pad(between, ((0, 0), (reach, 0)), "edge")
     after = np.pad(between, ((0, 0), (0, reach)), "edge")
@@ -235,9 +235,9 @@ def _at_fixes(between: Array, reach: int) -> Array:
 
 
 def _noise(velocity: Array, spacing: int) -> float:
-    """Return the 1σ of a velocity's noise, by third differences.
+    """Return the 1σ of a velocity's noise, by third differences `spacing` rows apart.
 
-    They are of values `spacing` rows from one another, which share no fix.
+    Such rows share no fix.
     """
     third = np.concatenate(
         [white_differences(velocity[first::spacing], 3) for first in range(spacing)]
@@ -247,11 +247,10 @@ def _noise(velocity: Array, spacing: int) -> float:
 
 
 def _renewed(speed: Array, track: Array) -> Booleans:
-    """Return the rows in which a display was renewed, (n,).
+    """Return the rows in which a display was renewed, also with the same numbers, (n,).
 
-    On steady legs it shows the same numbers again.
-
-    The shortest time between two changes is that between two fixes.
+    A steady leg shows the same numbers again. The shortest time between two changes is that between
+    two fixes.
     """
     changed = np.flatnonzero((np.diff(speed) != 0.0) | (np.diff(track) != 0.0)) + 1
     fresh = np.zeros(len(speed), dtype=np.bool_)

@@ -129,9 +129,7 @@ def _parameters_of_table(file: Path, pattern: str, read_table: ReadTable) -> dic
 
 
 def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
-    """Return the files of a log, given its folder or its first file.
-
-    None for an optional one that is not there.
+    """Return the files of a log, given its folder or first file, None for an optional one missing.
 
     Raises BadInputError where a needed one is missing.
     """
@@ -171,9 +169,7 @@ def _only_match(folder: Path, pattern: str) -> Path:
 
 
 def rename(table: Table, entry: MappedFile) -> Table:
-    """Return the mapped columns under our names.
-
-    Of several columns for one quantity it is the first that is there.
+    """Return the mapped columns under our names, of several for one quantity the first present.
 
     A missing column gives a warning where it is neither essential nor optional. Raises
     BadInputError where an essential column is missing or the mapping names an unknown quantity.
@@ -280,9 +276,9 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
 
 
 def _fixes(time: Array, clock: Array) -> tuple[Booleans, NDArray[np.intp]]:
-    """Return the rows at `time`, (n,), that hold a fix, and the last such row for each row, (n,).
+    """Return which rows at `time`, (n,), hold a fix, and the last such row for each row, (n,).
 
-    They are the rows that are nearest to a fix of a receiver at `clock`.
+    The row nearest to a fix of the receiver at `clock` holds it.
     """
     rows, fresh = np.arange(len(time)), np.zeros(len(time), dtype=np.bool_)
     fresh[nearest(clock, time)] = True
@@ -316,9 +312,9 @@ def _time(table: Table) -> Array:
 
 
 def _at(time: Array, clock: Array, name: str, column: Column, join: str) -> Column:
-    """Return a column, sampled at `clock`, at other times.
+    """Return a column, sampled at `clock`, at other times, by the way of its join.
 
-    It is interpolated, or the last or the nearest value.
+    Either interpolated, or the last or the nearest value.
     """
     if join == "linear" and column.dtype.kind == "f":
         parsed = parse_column(name)

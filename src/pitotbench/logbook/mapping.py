@@ -19,10 +19,7 @@ from pitotbench.records.intake import toml_table, toml_text
 
 @dataclass(frozen=True, slots=True)
 class Renamed:
-    """One column of a foreign log and its name here: value = theirs * factor + offset.
-
-    It may be absent if optional.
-    """
+    """One column of a foreign log, perhaps absent, and its name here: theirs * factor + offset."""
 
     theirs: str
     name: str
@@ -33,9 +30,7 @@ class Renamed:
 
 @dataclass(frozen=True, slots=True)
 class MappedFile:
-    """One file of a log.
-
-    Its name patterns, how it is brought onto the time base (see `JOINS`), and its columns.
+    """One file of a log: its name patterns, its join onto the time base (see `JOINS`), its columns.
 
     The first pattern for which there is a file counts. An `optional` file may be absent. `another`
     airspeed sensor stands in the place of the first file where it is asked for.

@@ -1,7 +1,7 @@
-"""Read and write MATLAB files.
+"""Read and write MATLAB files: a column is a variable, a field of a struct, or one of a matrix.
 
-One variable is a column, or one struct or one matrix holds them; the header is text. Files of
-version 7.3 are HDF5. Written are files of version 5.
+The header is text. Files of version 7.3 are HDF5. Written are files of version 5, with one variable
+a column.
 """
 
 import pickle
@@ -52,9 +52,9 @@ def read_mat(path: Path) -> Table:
     A matrix with a row a sample gives the columns `NAME(:,1)`, `NAME(:,2)`, ... Beside the array
     `fdata` of SIDPAC the other variables, which hold no samples, are left out. A struct with a
     field `data` (and `units`, `Rate`) is one channel; channels of several rates come at the middle
-    one of these. Single numbers and texts beside the vectors are left
-    out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of
-    different lengths of which the most frequent has no time.
+    one of these. Single numbers and texts beside the vectors are left out. Raises BadInputError for
+    a file that is not such a file, is cut off, or holds vectors of different lengths of which the
+    most frequent has no time.
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
@@ -120,8 +120,8 @@ def _on_one_clock(
 ) -> dict[str, tuple[Column, str]]:
     """Return channels of several rates at the middle one of these, with their time.
 
-    Each has the last sample before it. Channels without a rate are left out; all stay where none
-    states it.
+    Each has its last sample before that time. Channels without a rate are left out; all stay where
+    none states it.
     """
     structs = {name: value for name, value in variables.items() if isinstance(value, dict)}
     rates = {
@@ -196,10 +196,7 @@ def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
 
 
 def _is_mixed(value: object) -> bool:
-    """Return whether a variable is no array of numbers or texts.
-
-    It is none, a cell array of others, or an object.
-    """
+    """Return whether a variable is a cell array of others or an object, not numbers or texts."""
     if isinstance(value, np.ndarray) and value.dtype.kind != "O":
         return value.dtype.kind not in "fiubUS"
     cells = value if isinstance(value, list) else np.ravel(np.asarray(value, dtype=object))

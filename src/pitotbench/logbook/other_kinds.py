@@ -26,9 +26,9 @@ _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
 
 
 def headless(names: Sequence[str]) -> str:
-    """Return what to do with a table whose line of names holds numbers alone, or a message.
+    """Return what to do with a table without a line of names, or with a message; "" for others.
 
-    It is empty for another.
+    Numbers alone stand in the first line of such a table.
     """
     if not names or not all(_NUMBER.fullmatch(name) for name in names):
         return _OF_STREAM if len(names) == 1 and _STREAM.fullmatch(names[0]) else ""

@@ -53,10 +53,10 @@ def read_parquet(path: Path) -> Table:
 
 
 def _table(file: Any, wide: set[str], path: Path) -> "pa.Table":
-    """Return the table of a file without its wide columns.
+    """Return the table of a file without its wide columns, read part by part.
 
-    It is read part by part, while it is no larger than it may be: a file's own table of contents
-    may tell less than it unpacks to.
+    Reading ends where it grows larger than it may be: a file's own table of contents may tell less
+    than it unpacks to.
     """
     import pyarrow as pa
 

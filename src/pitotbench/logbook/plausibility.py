@@ -82,10 +82,7 @@ class Factor:
 
 
 def flown_rows(draft: Draft) -> FlownRows | None:
-    """Return the rows to compare.
-
-    None where too few are in flight and below the end of the sensor's range.
-    """
+    """Return the rows to compare, None where too few fly below the end of the sensor's range."""
     c = draft.channels
     north, east, impact = c["velocity_north"], c["velocity_east"], c["impact_pressure"]
     flying = np.hypot(north, east) > _FLYING
@@ -214,9 +211,9 @@ def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
 def _fits(draft: Draft, flown: FlownRows, factor: Factor, speeds: tuple[float, float]) -> list[str]:
     """Return the mistakes of unit that fit, with the columns to write.
 
-    There are none where a recorder's format prescribes the units. One of the velocity is tried with
-    a new fit of the wind where it brings the ground speed near the airspeed, `speeds` [m/s] of air
-    data and GPS; one of the impact pressure leaves the wind as it is.
+    None where a recorder's format prescribes the units. One of the velocity is tried with a new fit
+    of the wind where it brings the ground speed near the airspeed, `speeds` [m/s] of air data and
+    GPS; one of the impact pressure leaves the wind as it is.
     """
     if draft.units_by["velocity"] == FORMAT:
         return []
@@ -261,10 +258,10 @@ def _other_guesses(draft: Draft, factor: Factor, impact_pressure: Array, gained:
 
 
 def _offset(factor: Factor, impact_pressure: Array) -> float:
-    """Return the zero offset that would explain the difference [Pa].
+    """Return the zero offset [Pa] that would explain the difference, 0 where none does.
 
-    It is found by the impact pressures of `excess`, (3,). It is 0 where a gauge has none so large,
-    and where a factor explains the difference and a zero does not.
+    The `impact_pressure`, (3,), is that of `excess`. No gauge has a very large zero, and none is
+    told where a factor explains the difference and a zero does not.
     """
     usual = float(impact_pressure[1])
     if abs(factor.zero) > _ZERO_LEADS * abs(factor.scale - 1.0) * usual:

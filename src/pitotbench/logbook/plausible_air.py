@@ -85,9 +85,9 @@ _ROWS = 20_000  # that medians and slopes are taken over: more would only take t
 
 
 def some(draft: Draft, name: str) -> Array:
-    """Return evenly spaced values of a channel, (k,), at most about `_ROWS`.
+    """Return evenly spaced values of a channel, (k,), in the same rows for all channels.
 
-    Of all channels they are of the same rows.
+    There are at most about `_ROWS`.
     """
     return draft.channels[name][:: max(1, len(draft.rows) // _ROWS)]
 
@@ -111,8 +111,8 @@ _LASTING = 4.0
 def block_slope(time: Array, design: Array, values: Array) -> tuple[float, float]:
     """Return the coefficient of the second row of `design`, (m, n), and its standard error.
 
-    It is that of a least-squares fit to `values`, (n,), over means of blocks of time; the error is
-    infinite where the log is too short.
+    By a least-squares fit to `values`, (n,), over means of blocks of time; the error is infinite
+    where the log is too short.
     """
     number = np.unique(np.floor(time / _BLOCK), return_inverse=True)[1]
     count = np.bincount(number)
@@ -148,11 +148,9 @@ def check_temperature(draft: Draft) -> None:
 
 
 def temperature_ratio(draft: Draft, static_pressure: Array) -> float:
-    """Return the air's temperature over that of the standard day, (k,).
+    """Return the air's temperature over the standard one at a static pressure [Pa], (k,).
 
-    It is at a static pressure [Pa] of `some` rows, (k,).
-
-    1 without a temperature, or with one that no day has.
+    The pressure is that of `some` rows. 1 without a temperature, or with one that no day has.
     """
     for name in TEMPERATURES:
         if name in draft.channels:

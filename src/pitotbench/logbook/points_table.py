@@ -83,10 +83,9 @@ _FINEST = 0.02  # of the usual step: what was computed, not read, has steps too
 
 
 def is_points_table(path: Path) -> bool:
-    """Return whether a file is a points table.
+    """Return whether a file is a points table: a CSV with `point` or legs, or fly-bys, and no time.
 
-    It is a CSV with a column `point`, or with airspeed, ground speed and direction, and none of
-    time; or it holds fly-bys.
+    Legs are airspeed, ground speed and direction.
     """
     names = _names(path)
     legs = all(any(n.startswith(each) for n in names) for each in _OF_LEGS)
@@ -98,7 +97,7 @@ def is_points_table(path: Path) -> bool:
 def is_known_speeds(path: Path) -> bool:
     """Return whether a file is a table of points with a known speed.
 
-    It is a CSV with an airspeed or an impact pressure, a speed that is known, and no column that a
+    Such a CSV has an airspeed or an impact pressure, a speed that is known, and no column that a
     log or a card of legs has.
     """
     names = [_of_known_speeds(name) for name in _names(path)]
@@ -125,7 +124,7 @@ def _of_known_speeds(name: str) -> str:
 def seems_a_calibration(path: Path) -> bool:
     """Return whether a file may be points of a sensor beside a known speed.
 
-    It is a short table of few columns of numbers, none of which is a time.
+    Such a table is short, with few columns of numbers, none of which is a time.
     """
     with suppress(BadInputError):
         table = reader_of(path)(path)

@@ -156,11 +156,9 @@ def table_of(
 ) -> Table:
     """Return the table of a file under our column names as far as they are known.
 
-    The user's own mapping has no part in it.
-
-    The `stated` parameters of an autopilot replace those in the header; of a log in several files
-    the table has the `airspeed_sensor`. Raises BadInputError for a
-    file that cannot be read.
+    The user's own mapping has no part in it. The `stated` parameters of an autopilot replace those
+    in the header; of a log in several files the table has the `airspeed_sensor`. Raises
+    BadInputError for a file that cannot be read.
     """
     topics = topics_of(path)
     if topics is None:
@@ -191,10 +189,10 @@ def mapped(table: Table, mapping: Path | str) -> Table:
 
 
 def _by_names(table: Table) -> tuple[Table, "DraftedMapping | None"]:
-    """Return a table by the draft of its columns, and the draft.
+    """Return a table read by the draft of its columns, if that is sure, and the draft.
 
-    That is for a table of which no mapping knows the recorder, where its names are not ours and the
-    draft is sure; any other stays as it is.
+    Only a table whose recorder no mapping knows and whose names are not ours is drafted; any other
+    stays as it is.
     """
     if has_our_names(table):
         return table, None
@@ -231,9 +229,8 @@ def _advised(table: Table, mapping: Mapping) -> Table:
 def needs_mapping(path: Path) -> str:
     """Return why a file needs no mapping: a shipped one knows it, or its columns are ours.
 
-    It is empty where the file needs one.
-
-    Raises BadInputError for a file that cannot be read, and UnusableRecorderError.
+    "" where the file needs one. Raises BadInputError for a file that cannot be read, and
+    UnusableRecorderError.
     """
     try:
         table = table_of(path)

@@ -1,6 +1,6 @@
-"""Find logs of one flight, so that it counts once.
+"""Find logs of one flight, so that it counts once: doubles, overlaps, or two recorders.
 
-They are the same rows under two names, an overlap of two files, or of two recorders in one
+Doubles are the same rows under two names, overlaps those of two files, and the recorders are in one
 airplane.
 """
 
@@ -78,10 +78,8 @@ def distinct(logs: Sequence[FlightLog], names: Sequence[str]) -> DistinctLogs:
 def recorders(logs: Sequence[FlightLog]) -> list[tuple[int, int]]:
     """Return the pairs of logs, by their places, that two recorders wrote in one flight.
 
-    They are of one airplane, as far as their headers name it, and of clocks with date and time that
-    overlap.
-
-    The logs are `distinct`. Seconds without a date are no clock.
+    Their airplane is one, as far as their headers name it, and their clocks, with date and time,
+    overlap. The logs are `distinct`. Seconds without a date are no clock.
     """
     return [
         (i, j)
@@ -119,9 +117,9 @@ def overlap(log: FlightLog, other: FlightLog) -> float:
 
 
 def moment_of(log: FlightLog) -> float | None:
-    """Return the moment [s since 1970] at which the seconds of a log begin.
+    """Return the moment [s since 1970] at which a log's seconds begin, None without a date.
 
-    None for a log without a date and a time of day.
+    None without a time of day, too.
     """
     stated = str(log.header.get(START, ""))
     if ":" not in stated:
@@ -143,10 +141,10 @@ def _may_be_one_airplane(log: FlightLog, other: FlightLog) -> bool:
 
 
 def _of_same_rows(log: FlightLog, others: Sequence[FlightLog]) -> tuple[int, float] | None:
-    """Return the first of the others that holds the same rows, and how far its clock is off.
+    """Return the first of the others that holds the same rows, and its clock's lead [s].
 
-    That is what to add to the log's time [s] to have its clock. Rows under the names of two
-    airplanes are not those of one flight.
+    The lead is to be added to the log's time. Rows under the names of two airplanes are not those
+    of one flight.
     """
     for number, other in enumerate(others):
         if not _may_be_one_airplane(log, other):
@@ -185,10 +183,9 @@ def _agree(log: FlightLog, other: FlightLog, shift: float) -> bool:
 
 
 def _union(other: FlightLog, log: FlightLog, shift: float) -> FlightLog:
-    """Return one log of two that overlap.
+    """Return one log of two that overlap: the longer, with the other's rows before and after it.
 
-    It is the longer one, the one with more channels, or the first, with the rows of the other
-    before and after it.
+    Of logs of one length it is the one with more channels, or the first.
     """
     span = [float(each.time[-1] - each.time[0]) for each in (other, log)]
     later = (span[1], len(log.channels())) > (span[0], len(other.channels()))

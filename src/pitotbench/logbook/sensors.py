@@ -12,12 +12,10 @@ T = TypeVar("T")
 
 
 def chosen(sensors: Mapping[int, tuple[str, T]], number: int | None) -> tuple[int, T, list[str]]:
-    """Return the sensor of a number, the first for None.
+    """Return the sensor of a number, the first for None, and remarks that name the others.
 
-    Its number, what it is, and remarks that name the others.
-
-    `sensors` hold a name and what it is, by number. Raises BadInputError for a sensor that the log
-    does not hold.
+    `sensors` hold a name and what it is, by number; the number and what it is are returned. Raises
+    BadInputError for a sensor that the log does not hold.
     """
     taken = min(sensors) if number is None else number
     names = ", ".join(f"{each} {name}" for each, (name, _) in sorted(sensors.items()))
@@ -31,7 +29,7 @@ def chosen(sensors: Mapping[int, tuple[str, T]], number: int | None) -> tuple[in
             )
         )
     name, found = sensors[taken]
-    notes: list[str] = [  # it moves the number
+    notes: list[str] = [  # a Caution: another sensor would give another number
         Caution(
             f"the log holds {len(sensors)} airspeed sensors ({names}): this is {name}; "
             f"--airspeed-sensor {other} takes {sensors[other][0]}",

@@ -20,12 +20,11 @@ _MOST_CELLS = 2_000_000  # of a sheet: an hour at 10 Hz of fifty columns
 
 
 def read_xlsx(path: Path) -> Table:
-    """Return the table of the first sheet of a workbook that is not empty.
+    """Return the table of a workbook's first sheet that is not empty, as its CSV would be read.
 
-    It is read as its CSV would be; of a formula it has the value that was saved with it.
-
-    Raises BadInputError where openpyxl is not installed, for a file that is no workbook or holds no
-    table, and for one of more than 100 MB or of more than two million cells.
+    A formula has the value that was saved with it. Raises BadInputError where openpyxl is not
+    installed, for a file that is no workbook or holds no table, and for one of more than 100 MB or
+    of more than two million cells.
     """
     try:
         from openpyxl import load_workbook  # an extra: most users never read a spreadsheet

@@ -1,7 +1,4 @@
-"""The height that was flown, as its pilot states it.
-
-It is for a log that holds neither a height nor a static pressure.
-"""
+"""The height that was flown by its pilot's word, for a log without height and static pressure."""
 
 import re
 
@@ -21,10 +18,9 @@ USUAL = 150.0  # m, 2σ: a height that is kept by eye
 
 
 def stated_height(text: str) -> tuple[float, float]:
-    """Return the height above the sea and its 2σ [m] of a text.
+    """Return the height above the sea and its 2σ [m] of `2000` (ft), `600m` or `2000±300ft`.
 
-    Such a text is `2000` (ft), `600m` or `2000±300ft`. Raises BadInputError for any other text, and
-    for a height that no airplane flies.
+    Raises BadInputError for any other text, and for a height that no airplane flies.
     """
     found = _STATED.fullmatch(text.strip().lower().replace("−", "-"))
     if found is None:

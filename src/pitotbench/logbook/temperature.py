@@ -1,7 +1,4 @@
-"""The temperature of the day, as a weather report or a thermometer on the ground states it.
-
-It is for logs without a probe of the air.
-"""
+"""The day's temperature by a weather report or a thermometer, for logs without an air probe."""
 
 import re
 from dataclasses import dataclass
@@ -41,8 +38,8 @@ class DayTemperature:
 def stated_day(text: str) -> DayTemperature:
     """Return the temperature of a text such as `18`, `18±2@ground`, `-5+-2@1500ft` or `18/2` [°C].
 
-    Without `±` it is that of a weather report; without `@` it is that of the ground. Raises
-    BadInputError for any other text, and for a temperature that no day has.
+    A text without `±` is a weather report, one without `@` is of the ground. Raises BadInputError
+    for any other text, and for a temperature that no day has.
     """
     found = _STATED.fullmatch(text.strip().lower().replace("−", "-"))
     if found is None:
@@ -58,10 +55,9 @@ def stated_day(text: str) -> DayTemperature:
 
 
 def weather_report(log: FlightLog) -> str:
-    """Return in words which weather report tells the temperature of a log.
+    """Return in words which weather report tells the temperature of a log's middle at its place.
 
-    It is that of its middle, at its place; empty for a log without a date, a time of day or
-    positions.
+    "" for a log without a date, a time of day or positions.
     """
     begin, place = moment_of(log), log.header.get(PLACE)
     if begin is None or place is None:

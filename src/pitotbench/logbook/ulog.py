@@ -54,7 +54,7 @@ def read_topics(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], di
 def _require_few_fields(formats: Mapping[str, Any], path: Path, topics: Sequence[str]) -> None:
     """Raise BadInputError for a file that announces topics of very many fields.
 
-    Of formats within one another 200 bytes state billions, and pyulog keeps a record of each.
+    With formats within one another 200 bytes state billions, and pyulog keeps a record of each.
     """
     counts: dict[str, int] = {}
 

@@ -236,9 +236,7 @@ class Trial:
 
 
 def _search(trials: "Trials", effect: Effect, start: Sequence[Signature]) -> list[Signature]:
-    """Search the shapes of an effect in coarse steps, then in halved ones around the best.
-
-    The first shape alone is tried in coarse steps.
+    """Search coarsely in the first shape, then in halved steps in all.
 
     A first shape that is a time is tried over the whole log.
     """

@@ -80,10 +80,10 @@ _VIEWS = "pitotbench.show.notebook"  # by name, as the table of commands names i
 
 
 class Shown:
-    """A record that a notebook shows.
+    """A record that a notebook shows: as a line, as HTML, as a picture and as a table.
 
-    As a line, as HTML, as a picture and as a table. The records know nothing of drawing:
-    `show.notebook` holds the views, and is loaded when a view is first asked for.
+    The records know nothing of drawing: `show.notebook` holds the views, and is loaded when a view
+    is first asked for.
     """
 
     __slots__ = ()
@@ -113,10 +113,7 @@ class RecordError(BadInputError):
 
 
 def freeze(array: "NDArray[np.generic]") -> "NDArray[np.generic]":
-    """Return the array read-only.
-
-    It is copied only where it is a view of memory that others can still write.
-    """
+    """Return the array read-only, copied only if it views memory that others can still write."""
     import numpy as np  # only here: it takes longer to load than all that `--help` needs
 
     # A read-only view does not protect against a write through the array that it views.

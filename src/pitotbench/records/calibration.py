@@ -46,10 +46,7 @@ class WindEstimate:
 
 @dataclass(frozen=True, slots=True)
 class WindowWind:
-    """The mean wind of a part of a log.
-
-    Its first and last time [s], its mean height [m], and the wind [m/s].
-    """
+    """The mean wind [m/s] of a part of a log, with its begin and end [s] and mean height [m]."""
 
     begin: float
     end: float
@@ -219,18 +216,13 @@ class ErrorCurve:
 
     @property
     def altitude_correction_ft(self) -> Array | None:
-        """True minus indicated pressure altitude [ft], (n,).
-
-        None where the static source is taken to be right.
-        """
+        """True minus indicated pressure altitude [ft], (n,), None for a right static source."""
         return None if self.altitude_correction is None else self.altitude_correction / FOOT
 
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """The contribution of one uncertain constant to the 2σ bounds [m/s].
-
-    Such a constant is an error of the temperature.
+    """The contribution of one uncertain constant, such as a temperature error, to 2σ bounds [m/s].
 
     `curve` is its root mean square over the curve, `wind` that on the larger wind component. Where
     the constant is known, the square of the bound falls by its square. Parts of constants that the
@@ -263,9 +255,7 @@ READ_AT_REST = "read at rest"  # source of an assumption
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """The 2σ accuracy that a bound takes for granted of one constant error.
-
-    Its unit is the suffix of the name.
+    """The 2σ accuracy of one constant error that a bound takes for granted, in its name's unit.
 
     `source`: `stated` by the user or the mapping, `header` (by the log itself), `usual` (nobody
     stated one), `standard day` (the log has no temperature), `READ_AT_REST` (the rows at rest show
@@ -296,9 +286,7 @@ class Residuals:
 
 @dataclass(frozen=True, slots=True)
 class LatencyFound:
-    """The latency of the GPS velocity that a log shows, its 2σ, and the part left in [s].
-
-    That part was not taken out.
+    """The latency of the GPS velocity that a log shows, its 2σ, and the part not taken out [s].
 
     The 2σ is infinite where the log does not determine the latency. The `key` of a field, here and
     below, is its name in plain data, with the unit.
@@ -360,9 +348,7 @@ class HeightFound:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostics:
-    """What a fit found in addition to the curve and the wind.
-
-    None or empty for what was not looked for.
+    """What a fit found beside curve and wind; None or empty for what was not looked for.
 
     `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty
     rows of the log. `height_agreement` is the probability that wind triangle and height differ
@@ -448,24 +434,25 @@ class Calibration(Shown):
 
     `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed: of `residuals`, or
     by the estimator alone that of its white fit, the figure of Martos, Kiszely and Foster (2011).
-    It is no bound on the curve. `points`: the fixed-speed points of the log that the curve was held
-    against. `reason` says why the iteration
-    stopped. `condition_number` is that of the scaled, whitened normal problem. `error_location` is
-    the place of the pressure error, stated, assumed or estimated: `static`, `total` or `impact`.
+    It is no bound on the curve. `reason` says why the iteration stopped. `condition_number` is that
+    of the scaled, whitened normal problem.
+
+    `error_location` is the place of the pressure error, stated, assumed or estimated: `static`,
+    `total` or `impact`. `place_assumed`: nothing in the log shows at which source the error is.
     `assumptions`: the accuracies on which every bound depends. `priors`: those that were stated, by
-    name. `impact_pressure_zero` [Pa]: the
-    zero offset of the sensor that was found and that `curve.correction` takes out, None where none
-    was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
-    `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why
-    other rows were not.
-    `day`: what the temperature is and does to the curve, None where it is assumed or exact.
-    `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach
-    number used.
-    `scale`: the factor on the airspeed, None where height alone answers. `one_sided`: the slow and
-    the fast airspeeds that were flown on one side of the compass only, at most one each.
+    name. `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that
+    `curve.correction` takes out, None where none was looked for. `scale`: the factor on the
+    airspeed, None where height alone answers. `day`: what the temperature is and does to the curve,
+    None where it is assumed or exact. `mach`: the largest Mach number used.
+
+    `winds`: the wind of each window of a long flight, else of the whole log. `parts`: first and
+    last time [s] of each part of the log that was used, and `left_out`: why other rows were not.
+    `one_sided`: the slow and the fast airspeeds that were flown on one side of the compass only, at
+    most one each. `points`: the fixed-speed points of the log that the curve was held against.
+
     `log_start`: time of the first row of the file [s]. `autopilot`: the parameters in the log, None
-    for another log.
-    `provenance`: the files and the choices behind the answer, where the caller stated them.
+    for another log. `provenance`: the files and the choices behind the answer, where the caller
+    stated them.
     """
 
     model: str
@@ -554,10 +541,9 @@ class Calibration(Shown):
             raise AttributeError(f"a {type(self).__name__} has no {name!r}{hint}")
 
     def write_page(self, path: str | Path, units: str = "") -> None:
-        """Write the answer, its picture and its card as a page (.html).
+        """Write the answer, its picture and its card as a page (.html), in kt and ft.
 
-        It is in `units` such as `km/h,m`, else in kt and ft. Raises BadInputError for another name
-        or unit.
+        Or in `units` such as `km/h,m`. Raises BadInputError for another name or unit.
         """
         views().write_page(self, Path(path), units)
 

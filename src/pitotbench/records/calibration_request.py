@@ -39,7 +39,7 @@ def option(
 class Unstated(str):
     """A choice that nobody stated, such as that of the published figures.
 
-    It equals its text, and gives way to what a mapping advises and to the defaults of who asks.
+    Equal to its text, it gives way to what a mapping advises and to the defaults of who asks.
     """
 
     __slots__ = ()

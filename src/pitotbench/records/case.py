@@ -32,8 +32,8 @@ def possible_rates() -> tuple[float, ...]:
 def rates_for(air_rate: float) -> tuple[float, ...]:
     """Return the rates [Hz] of integration that fit an air-data rate [Hz], the slowest first.
 
-    They are its whole multiples, so that each row is a step of the flight. The usual rate fits
-    every data system: rows that fall between two of its steps are interpolated.
+    Whole multiples, so that each row is a step of the flight, and the usual rate, which fits every
+    data system: rows that fall between two of its steps are interpolated.
     """
     return tuple(
         rate for rate in possible_rates() if rate == USUAL_RATE or (rate / air_rate).is_integer()
@@ -149,8 +149,9 @@ class EffectSpec:
 class Case(Shown):
     """One flight and its sensing. The same Case gives the same log, bit for bit.
 
-    It holds the truth (wind, pressure error, effects), so the calibrator must not import it. Values
-    are SI and radians; `metadata["suffix"]` names the unit in which a value is written to TOML.
+    The calibrator must not import it, because it holds the truth (wind, pressure error, effects).
+    Values are SI and radians; `metadata["suffix"]` names the unit in which a value is written to
+    TOML.
 
     `card` overrides numbers of the maneuver's card; names end in a unit, for example `{"dwell_s":
     20.0}`.
@@ -208,9 +209,7 @@ class Case(Shown):
 
     @classmethod
     def of(cls, **entries: Any) -> "Case":
-        """Return the case of entries as a case file has them.
-
-        Each is in the unit that ends its name: `Case.of(altitude_ft=8000, wind_kt=20)`.
+        """Return the case of entries with units as in a case file: `altitude_ft=8000, wind_kt=20`.
 
         A table is a dictionary, such as `wind={"speed_kt": 20}`. `wind_kt` and `wind_from_deg` are
         the wind as the flags of that name state it. Raises BadInputError that lists every problem.

@@ -61,9 +61,7 @@ def case_of_table(table: Mapping[str, Any], name: str = "case") -> Case:
 
 
 def case_columns(case: Case) -> dict[str, Any]:
-    """Return every number, text and list of a case by its path with its unit.
-
-    Such a path is `wind.speed_kt`.
+    """Return a case's numbers, texts and lists by path with unit, such as `wind.speed_kt`.
 
     Unlike `case_table`, a quantity is always in the unit of its field: the last digit may be
     rounded. A list of tables, such as the effects, is text.
@@ -123,10 +121,7 @@ def _plain(value: Any) -> Any:
 
 
 def _in_unit(name: str, value: float | tuple[float, ...], suffix: str) -> tuple[str, Any]:
-    """Return key and value in a unit.
-
-    They are in SI where no number in that unit reads back to exactly the same value.
-    """
+    """Return key and value in a unit, or in SI where no number in that unit reads back exactly."""
     # A case must read back bit for bit, also where 100 kt in m/s has no exact decimal in knots.
     values = value if isinstance(value, tuple) else (value,)
     written = [_exact(v, CASE_SUFFIXES[suffix].factor) for v in values]
@@ -139,9 +134,6 @@ def _in_unit(name: str, value: float | tuple[float, ...], suffix: str) -> tuple[
 
 
 def _exact(value: float, factor: float) -> float | None:
-    """Return the shortest number that, times the factor, is exactly the value.
-
-    None where there is none.
-    """
+    """Return the shortest number that times the factor is exactly the value, None without one."""
     near = value / factor
     return next((w for w in (round(near, 6), round(near, 12), near) if w * factor == value), None)

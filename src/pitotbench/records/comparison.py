@@ -57,9 +57,7 @@ class FlownChange:
 
 @dataclass(frozen=True, slots=True)
 class ModelComparison:
-    """What changed in flight between two files of an airplane.
-
-    Both are compared along a motion that the old one flew.
+    """What changed in flight between two files of an airplane, along a motion of the old one.
 
     `time` [s] is that of the motion, (n,), and `traces` the change of each channel that changed,
     (n,). `located` holds the phases of each channel. `remarks` say what the terms do not add up to.

@@ -119,10 +119,7 @@ class _Reading:
         return value
 
     def _field(self, kind: type, key: str, place: Place) -> tuple[str, Suffix | None] | None:
-        """Return the field that a key names and its unit.
-
-        For an unknown key, note a problem and return None.
-        """
+        """Return the field that a key names and its unit, or note a problem and return None."""
         known = {f.name: f for f in fields(kind)}
         base, _, suffix = key.rpartition("_")
         if key in known and "suffix" not in known[key].metadata:

@@ -54,9 +54,9 @@ class Flight:
 
     @property
     def elapsed(self) -> float:
-        """The time [s] from the first recorded sample through the last.
+        """The time [s] from the first recorded sample through the last, with what lies between.
 
-        It holds what lies between them and is not recorded.
+        What is not recorded between them counts as well.
         """
         # In whole steps, as the recorded time: where nothing is left out both are one number.
         return (round(float(np.ptp(self.channels["time"])) / self._step) + 1) * self._step

@@ -1,7 +1,4 @@
-"""The gap of a reconciliation.
-
-Its map, the part that each effect explains, what is unexplained, and a formula for it.
-"""
+"""The gap of a reconciliation: its map, the part of each effect, the rest, and its formula."""
 
 from dataclasses import dataclass, field
 
@@ -34,10 +31,7 @@ class FormulaTerm:
 
 @dataclass(frozen=True, slots=True)
 class FoundFormula:
-    """The formula of what no effect of the table explains.
-
-    Its terms, and the names of the effects that are fitted with it.
-    """
+    """The formula of what no effect of the table explains, and the effects fitted with it."""
 
     terms: tuple[FormulaTerm, ...]
     effects: tuple[str, ...] = ()
@@ -118,9 +112,9 @@ class CalibrationChange:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One bar of the waterfall.
+    """One bar of the waterfall: the sum of squares left with one more effect.
 
-    It is the sum of squares over noise variance that remains with one more effect added.
+    The squares are over noise variance.
     """
 
     effect: str
@@ -129,9 +123,9 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A quantity over the time [s] of a segment of the card.
+    """A quantity measured, simulated, and simulated with the patch, over a segment's time [s].
 
-    It is measured, simulated, and simulated with the patch.
+    The segment is one of the card.
     """
 
     quantity: str
@@ -163,9 +157,7 @@ class Feature:
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """The share of the samples of the card flown again that are near the measured ones.
-
-    They are within ±`half_width`.
+    """The share of the samples of the card flown again within ±`half_width` of the measured ones.
 
     `before` is without the patch, `after` with it. `by_chance` is the share between two flights of
     the patched simulator, which differ by gusts alone.
@@ -244,14 +236,14 @@ class Account(Shown):
     """The content of a reconciliation's report.
 
     `verdict` is the answer, `patch` the text of its patch, whose effects are `entries`; `flown` is
-    the card flown again. `flights` says what each log says. `telling` is the
-    channel of the first picture, and `calibration` what the effects do to a calibration; None
-    without a gap or an effect. `warnings` are those of the logs as they were read. `formula`
-    describes a gap that the table does not explain; None where there is no such gap, or no formula.
-    `chosen` is the cause that the user chose of a set. `closing` is what closing the loop came to;
-    None where it was not asked for. `coefficients` are
-    those of the model's file that a cause changes. `following` is the maneuver to fly next, and
-    `legs` the card of it; both are empty where the card of the log was not flown again either.
+    the card flown again. `flights` says what each log says. `telling` is the channel of the first
+    picture, and `calibration` what the effects do to a calibration; None without a gap or an
+    effect. `warnings` are those of the logs as they were read. `formula` describes a gap that the
+    table does not explain; None where there is no such gap, or no formula. `chosen` is the cause
+    that the user chose of a set. `closing` is what closing the loop came to; None where it was not
+    asked for. `coefficients` are those of the model's file that a cause changes. `following` is the
+    maneuver to fly next, and `legs` the card of it; both are empty where the card of the log was
+    not flown again either.
     """
 
     log: str

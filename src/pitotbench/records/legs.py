@@ -71,10 +71,7 @@ USUAL_STEPS = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """A leg that cannot be.
-
-    Its row and point, what is wrong, and what was probably meant (empty where unknown).
-    """
+    """A leg that cannot be: row, point, what is wrong, and what was probably meant, if known."""
 
     row: int
     point: str

@@ -95,16 +95,11 @@ class FlightLog(Shown, Recorded):
         return {name: value for name in CHANNELS if (value := getattr(self, name)) is not None}
 
     def fresh_fixes(self) -> Booleans:
-        """Return whether the GPS velocity is new in each row, (n,).
-
-        It is as logged, else found from repeated values.
-        """
+        """Return whether GPS velocity is new in each row, as logged or by repeated values, (n,)."""
         return fresh_fixes(self.gps_fresh, self.velocity_north, self.velocity_east)
 
     def renewed_fixes(self) -> Booleans:
-        """Return whether anything of the GPS is new in each row, (n,).
-
-        It is as logged, else found from repeated values.
+        """Return whether anything of the GPS is new in each row, as logged or by repeats, (n,).
 
         On a steady leg a coarse velocity repeats itself while the height goes on; in an outage all
         stand still.
@@ -152,10 +147,7 @@ class FlightLog(Shown, Recorded):
 
     @property
     def simulated(self) -> bool:
-        """Whether a simulator made the log.
-
-        It writes its case into the header, and nothing else does.
-        """
+        """Whether a simulator made the log: nothing else writes a case into the header."""
         return "case" in self.header
 
     def __len__(self) -> int:
@@ -164,10 +156,9 @@ class FlightLog(Shown, Recorded):
 
 @dataclass(frozen=True, slots=True)
 class ChannelSummary:
-    """A channel of a log, as a sheet lists it.
+    """A channel of a log on a sheet: name, unit, 5 % and 95 % quantiles, and rate of renewal [Hz].
 
-    Its name, its canonical unit, its 5 % and 95 % quantiles in that unit, and how many times a
-    second it is renewed [Hz]; the numbers are None for texts and flags.
+    The numbers, the quantiles in the canonical unit, are None for texts and flags.
     """
 
     name: str
@@ -191,12 +182,11 @@ class LogInspection(Shown):
     """The account of one log, in SI.
 
     `flights`: start and end [s] of each; `pauses`: start and length [s] of each pause inside them.
-    `headings`: how
-    many of the twelve sectors of 30° of track hold at least 2 % of the rows. `airspeeds`,
-    `heights`: 5 %, 50 % and 95 % quantiles, indicated [m/s] and pressure altitude [m]. `expected`:
-    indicated airspeeds [m/s] and 2σ [m/s] in light turbulence with the pressure-error `model`, or
-    None with the reason in `refusal`. `wind`: toward north and east [m/s]; `wind_drifts` where a
-    calibration gives each part of the flight a wind of its own.
+    `headings`: how many of the twelve sectors of 30° of track hold at least 2 % of the rows.
+    `airspeeds`, `heights`: 5 %, 50 % and 95 % quantiles, indicated [m/s] and pressure altitude [m].
+    `expected`: indicated airspeeds [m/s] and 2σ [m/s] in light turbulence with the pressure-error
+    `model`, or None with the reason in `refusal`. `wind`: toward north and east [m/s];
+    `wind_drifts` where a calibration gives each part of the flight a wind of its own.
     """
 
     rows: int
@@ -218,15 +208,13 @@ class LogInspection(Shown):
 
 @dataclass(frozen=True, slots=True)
 class InputFile:
-    """A file that an answer was made from.
+    """A file that an answer was made from: its `role`, name and SHA-256, and facts of a log.
 
-    Its `role` (log, mapping, card, aircraft), its name and its SHA-256.
-
-    A folder has the digest of its files one after another, by path; a log in memory that of its
-    channels. Of a log also the number of rows, the minutes, the origin (measured or simulated), the
-    names of its channels, the 5 % and 95 % quantiles of its indicated airspeed [m/s] and pressure
-    altitude [m]. As far as the log tells them, the airplane, the day when it was `flown`, and the
-    `kind` of aircraft, such as `drone`.
+    The role is log, mapping, card or aircraft. A folder has the digest of its files one after
+    another, by path; a log in memory that of its channels. Of a log also the number of rows, the
+    minutes, the origin (measured or simulated), the names of its channels, the 5 % and 95 %
+    quantiles of its indicated airspeed [m/s] and pressure altitude [m]. As far as the log tells
+    them, the airplane, the day when it was `flown`, and the `kind` of aircraft, such as `drone`.
     """
 
     role: str
@@ -287,7 +275,7 @@ class Provenance:
 class FlightSummary:
     """A flight of a folder: its file, and the file's refusal, empty for one that was read.
 
-    Then its moment as the log states it, its airplane, its length [s] and the 5 % and 95 %
+    Further its moment as the log states it, its airplane, its length [s] and the 5 % and 95 %
     quantiles of its indicated airspeed [m/s]. `strange`: it was not read for its names, which a
     mapping can tell.
     """

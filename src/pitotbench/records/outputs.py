@@ -27,8 +27,8 @@ def file_name(path: Path | str) -> str:
 def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = ()) -> None:
     """Raise BadInputError unless a file can be written to `path`.
 
-    Its suffix must be one of `suffixes`, it must not be one of the `inputs`, its folder must exist
-    and be writable, and `path` must not be a folder or a device.
+    The suffix must be one of `suffixes`, the path none of the `inputs`, its folder must exist and
+    be writable, and `path` must not be a folder or a device.
     """
     known = tuple(suffixes)
     if path.is_dir():
@@ -96,8 +96,8 @@ def _require_takes_files(folder: Path, path: Path) -> None:
 def lock(path: Path, wait: float = 0.0) -> "sqlite3.Connection":
     """Take the lock of a file, which is made, and hold it until the connection is closed.
 
-    It ends with this process too, however that ends. Raises sqlite3.Error where another holds it
-    for `wait` [s].
+    The lock ends with this process too, however that ends. Raises sqlite3.Error where another holds
+    it for `wait` [s].
     """
     import sqlite3  # loads with the first lock
 
@@ -112,9 +112,7 @@ def lock(path: Path, wait: float = 0.0) -> "sqlite3.Connection":
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
-    """Give a temporary path in the folder of `path`; rename it to `path` on success.
-
-    It is removed on failure.
+    """Give a temporary path beside `path`; rename it to `path` on success, else remove it.
 
     A reader therefore never finds half a file. A device or a pipe, such as /dev/null, is written
     into. Raises BadInputError where the folder does not exist or cannot be written.

@@ -61,10 +61,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Detectable:
-    """The smallest size of an effect's parameter that a log like this one shows.
-
-    It shows it in half of all flights.
-    """
+    """The smallest size of an effect's parameter that half of all flights like this one show."""
 
     effect: str
     parameter: str
@@ -73,9 +70,7 @@ class Detectable:
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """The gap as sums of squares over noise variance.
-
-    Before, after, and the part that is noise alone.
+    """The gap before and after, and its part of noise, as sums of squares over noise variance.
 
     `chance` is what sizes that were not fitted to this log leave on average, because they have
     errors of their own.
@@ -136,10 +131,9 @@ class Verdict:
     `gaps` are in the order of what each closes in parts of the logs left out. `candidates` are all
     causes as the only explanation, the most probable first. `probabilities` is that of each cause
     of the table, without a gap that the log shows as well; the causes may act together, so they do
-    not sum to 1.
-    `log_bayes_factor` is the logarithm of the Bayes factor of the largest gap against none.
-    `remains` says whether something significant is left after the gaps. `doubts` are the checks
-    that speak against them. `free` are unknowns of the logs far beyond their priors.
+    not sum to 1. `log_bayes_factor` is the logarithm of the Bayes factor of the largest gap against
+    none. `remains` says whether something significant is left after the gaps. `doubts` are the
+    checks that speak against them. `free` are unknowns of the logs far beyond their priors.
     """
 
     kind: Kind
@@ -207,9 +201,9 @@ class JoinedFlight:
     """A flight of a reconciliation.
 
     `alone` and `causes` are the verdict and the named causes of this flight by itself,
-    `log_bayes_factor` its own evidence for a gap. `closure` is
-    by the sizes that all flights share, `left_out` by the sizes of the other flights. `own_sizes`
-    are those that it shows of the shared effects.
+    `log_bayes_factor` its own evidence for a gap. `closure` is by the sizes that all flights share,
+    `left_out` by the sizes of the other flights. `own_sizes` are those that it shows of the shared
+    effects.
     """
 
     log: str

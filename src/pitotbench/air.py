@@ -51,11 +51,9 @@ def standard_pressure(pressure_altitude: Meters | float) -> Pascal:
 
 
 def pressure_altitude(static_pressure: Pascal | float) -> Meters:
-    """Return the pressure altitude [m] of a static pressure [Pa].
+    """Return the pressure altitude [m] of a static pressure [Pa], NaN for zero and less.
 
-    It is the inverse of `standard_pressure`.
-
-    NaN for a pressure of zero and less.
+    The inverse of `standard_pressure`.
     """
     p = np.asarray(static_pressure, dtype=np.float64)
     p = np.where(p > 0.0, p, np.nan)
@@ -85,9 +83,9 @@ def sound_speed(air_temperature: Kelvin | float) -> MetersPerSecond:
 
 
 def impact_pressure_from_mach(mach: Array | float, static_pressure: Pascal | float) -> Pascal:
-    """Return the impact pressure [Pa] at a Mach number and a static pressure p [Pa].
+    """Return the impact pressure [Pa] p[(1 + 0.2 M²)^3.5 − 1] of a Mach number M.
 
-    It is p[(1 + 0.2 M²)^3.5 − 1].
+    `static_pressure` is p [Pa].
     """
     # expm1 and log1p keep all digits where q_c is a small part of p, as it is at 100 kt.
     m = np.asarray(mach, dtype=np.float64)
@@ -109,7 +107,7 @@ def mach_from_impact_pressure(
 def calibrated_airspeed(impact_pressure: Pascal | float) -> MetersPerSecond:
     """Return the calibrated airspeed [m/s] of an impact pressure [Pa].
 
-    Of an indicated impact pressure, the result is the indicated airspeed.
+    Given an indicated impact pressure, the result is the indicated airspeed.
     """
     return np.asarray(
         SEA_LEVEL_SOUND_SPEED * mach_from_impact_pressure(impact_pressure, SEA_LEVEL_PRESSURE)
@@ -119,7 +117,7 @@ def calibrated_airspeed(impact_pressure: Pascal | float) -> MetersPerSecond:
 def impact_pressure(calibrated_airspeed: MetersPerSecond | float) -> Pascal:
     """Return the impact pressure [Pa] of a calibrated airspeed [m/s].
 
-    It is the inverse of `calibrated_airspeed`.
+    The inverse of `calibrated_airspeed`.
     """
     return impact_pressure_from_mach(
         np.asarray(calibrated_airspeed, dtype=np.float64) / SEA_LEVEL_SOUND_SPEED,
@@ -145,10 +143,7 @@ def calibrated_airspeed_slope(
 def total_temperature(
     air_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0
 ) -> Kelvin:
-    """Return the temperature [K] that a probe reads at an air temperature T [K].
-
-    It is T_t = T(1 + 0.2 r M²).
-    """
+    """Return the temperature T(1 + 0.2 r M²) [K] that a probe reads at an air temperature T [K]."""
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(air_temperature * (1.0 + 0.2 * recovery_factor * m * m))
 
@@ -158,7 +153,7 @@ def air_temperature(
 ) -> Kelvin:
     """Return the air (static) temperature [K] of a probe's reading [K].
 
-    It is the inverse of `total_temperature`.
+    The inverse of `total_temperature`.
     """
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(total_temperature / (1.0 + 0.2 * recovery_factor * m * m))

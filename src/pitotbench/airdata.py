@@ -60,11 +60,9 @@ LIMITS = RegressionLimits()
 class Part:
     """Rows or block means of a part of a log in flight, (n,) each.
 
-    They are the clock [s], reading, static pressure and ambient pressure [Pa], k [Pa s²/m²], ground
-    velocity, its size and the speed of sound [m/s].
-
-    `ambient` is that of the receiver's height, in the standard atmosphere, where the log has one
-    (`by_height`), else the static pressure.
+    The clock [s], reading, static pressure and ambient pressure [Pa], k [Pa s²/m²], ground
+    velocity, its size and the speed of sound [m/s]. `ambient` is that of the receiver's height, in
+    the standard atmosphere, where the log has one (`by_height`), else the static pressure.
     """
 
     time: Array
@@ -157,10 +155,9 @@ def _per_square(speed: Array, sound: Array, ambient: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """The regression of a reading.
+    """The regression of a reading: coefficients (p,), covariance (p, p), rest (n,), columns (m, p).
 
-    It has coefficients, (p,), their covariance, (p, p), what is left of the reading, (n,), and the
-    columns on all rows, fitted or not, (m, p).
+    The rest `left` is what is left of the reading; the columns are on all rows, fitted or not.
     """
 
     values: Array
@@ -261,13 +258,11 @@ def follow(
 
 
 def mean_wind(channels: Mapping[str, Any]) -> Array:
-    """Return the wind toward north and east, (2,) [m/s], that fits both velocities best.
+    """Return the wind, north and east, (2,) [m/s], that best fits ground velocity and airspeed.
 
-    They are the ground velocity and the airspeed. The airspeed may have any factor. The wind is 0
-    where the log does not tell.
+    The airspeed may have any factor. The wind is 0 where the log does not tell. `channels` [SI] by
+    name, (n,) each: those of `NEEDED`. Rows that are not finite or do not fit count for nothing.
 
-    `channels` [SI] by name, (n,) each: those of `NEEDED`. Rows that are not finite or do not fit
-    count for nothing.
     Source: the velocities lie on a circle around the wind (Kåsa, IEEE Transactions on
     Instrumentation and Measurement 25, 1976).
     """
@@ -312,9 +307,8 @@ def parts_of(channels: Mapping[str, Any]) -> Iterator[Part]:
 class Rest:
     """What the impact pressure reads while the airplane stands before or after its flight [Pa].
 
-    It is the median of the means of blocks, the range that holds nine tenths of them, and the
-    standard deviations of what changes from block to block and of the noise that the mean of all
-    rows keeps.
+    The median of the means of blocks, the range that holds nine tenths of them, and the standard
+    deviations of what changes from block to block and of the noise that the mean of all rows keeps.
     """
 
     reading_pa: float
@@ -326,10 +320,8 @@ class Rest:
 def rests_of(channels: Mapping[str, Any]) -> list[Rest]:
     """Return the rests before and after a flight that show the zero of a gauge.
 
-    They last some seconds (`LIMITS.settle`). A display shows none: it stands at 0 whatever its zero
-    is.
-
-    `channels` [SI] by name, (n,) each: those of `NEEDED` without the static pressure.
+    A rest lasts some seconds (`LIMITS.settle`). A display shows none: it stands at 0 whatever its
+    zero is. `channels` [SI] by name, (n,) each: those of `NEEDED` without the static pressure.
     """
     time, impact = channels["time"], channels["impact_pressure"]
     moving = np.flatnonzero(

@@ -51,9 +51,9 @@ def flow_direction(angle_of_attack: Radians, sideslip: Radians) -> Array:
 def euler_rates(
     roll_rate: Array, pitch_rate: Array, yaw_rate: Array, roll: Radians, pitch: Radians
 ) -> tuple[Array, Array, Array]:
-    """Return the rates of roll, pitch and heading of body rates, (n,) each.
+    """Return the rates of roll, pitch and heading of body rates, (n,) each, in the unit of these.
 
-    They are in the unit of the body rates. There are none at a pitch of 90°.
+    At a pitch of 90° no finite ones exist.
     """
     turning = pitch_rate * np.sin(roll) + yaw_rate * np.cos(roll)
     return (

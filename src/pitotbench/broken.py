@@ -202,9 +202,9 @@ def _died(part: Part, row: int) -> bool:
 
 
 def _frozen(part: Part, row: int) -> bool:
-    """Whether the reading from a row on does not follow the speed.
+    """Whether the reading from a row on follows the speed neither by itself nor by an old wind.
 
-    It does not by itself, or by the wind found before.
+    The old wind is that found before the row.
     """
     early, late = part.rows(slice(0, row)), part.rows(slice(row, None))
     dead, swing = _dead(late, leaks=False), _excitation(late) * float(np.median(late.slope))

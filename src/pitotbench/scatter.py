@@ -39,9 +39,7 @@ def white_differences(values: Array, order: int = 2) -> Array:
 
 
 def spikes_among(second: Array, least: float) -> Booleans:
-    """Return which of n samples are spikes, (n,).
-
-    They are told by the sizes of their second differences, (n − 2,).
+    """Return which of n samples are spikes, (n,), by the sizes of second differences, (n − 2,).
 
     A spike's second difference is above `least` and the largest of three: those of its neighbors
     are half as large. The first and the last sample have none.

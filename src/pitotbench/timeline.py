@@ -50,8 +50,7 @@ def gaps(time: Seconds) -> Indices:
 def pauses(time: Seconds) -> Indices:
     """Return the first row after each pause.
 
-    There the time step is longer than `PAUSE_SAMPLES` sample intervals and longer than
-    `PAUSE_SECONDS`.
+    A pause is a time step longer than `PAUSE_SAMPLES` sample intervals and than `PAUSE_SECONDS`.
     """
     return _after(time, PAUSE_SAMPLES, PAUSE_SECONDS)
 
@@ -101,9 +100,7 @@ def stretch_numbers(time: Seconds, breaks: Indices) -> Indices:
 
 
 def fresh_fixes(marked: Booleans | None, *channels: Array) -> Booleans:
-    """Return whether the GPS fix is new in each row, (n,).
-
-    It takes one channel of the GPS or more, (n,) each.
+    """Return whether the GPS fix is new in each row, (n,), by some of its channels, (n,) each.
 
     `marked` is the log's column `gps_fresh`. Without it, a fix is new where a channel differs from
     that of the row before: the recorder repeats the fixes of a slower receiver.

@@ -109,9 +109,7 @@ def to_si(value: Array | float, suffix: str) -> Array:
 
 
 def from_si(value: Array | float, suffix: str) -> Array:
-    """Convert an SI value, a number or an array of any shape, to the unit of `suffix`.
-
-    It is the inverse of `to_si`.
+    """Convert an SI value, of any shape, to the unit of `suffix`: the inverse of `to_si`.
 
     Raises KeyError as `to_si` does.
     """

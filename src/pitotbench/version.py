@@ -7,10 +7,7 @@ __version__ = "1.0.0"
 
 @cache  # to read the metadata of three packages takes a fifth of a short log's time
 def version_of(package: str) -> str:
-    """Return the version of an installed package, or of this one.
-
-    It is "unknown" for a package without metadata.
-    """
+    """Return the version of an installed package, or of this one; "unknown" without metadata."""
     from importlib.metadata import PackageNotFoundError, version  # as slow to load as `--help`
 
     if package == "pitotbench":  # a checkout that runs without being installed has no metadata

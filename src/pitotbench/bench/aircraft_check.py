@@ -25,9 +25,7 @@ def check_aircraft(
     seed: int = 1,
     say: Progress = lambda text: None,
 ) -> AircraftCheck:
-    """Return what can be flown with an aircraft.
-
-    It is a name of the hangar or of JSBSim's library, or a path.
+    """Return what can be flown with an aircraft of the hangar, of JSBSim's library, or at a path.
 
     Flies the step responses in smooth air and each maneuver once, in light turbulence, with one
     truth seed. `say` is called with each line of progress. Raises UnknownNameError, BadInputError

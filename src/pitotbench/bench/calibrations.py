@@ -41,13 +41,11 @@ def logs_of(
     part: "Part | None" = None,
     facts: Mapping[str, Any] | None = None,
 ) -> list[FlightLog]:
-    """Return the logs that stand for what was given to the function `asked`.
-
-    They are read and checked where needed.
+    """Return the logs given to the function `asked`, read and checked where needed.
 
     `mapping` reads files and tables, and the `part` alone is read with the `facts` of the flight,
-    as in `read_log`. Raises BadInputError for anything else, for facts of a log that was read without
-    them, and for a file or a table that is no log.
+    as in `read_log`. Raises BadInputError for anything else, for facts of a log that was read
+    without them, and for a file or a table that is no log.
     """
     if isinstance(given, list | tuple):
         if not given:
@@ -219,9 +217,7 @@ def published_of(handbook: str | Path | None) -> tuple[PublishedCurve, ...]:
 def options_of(
     logs: Iterable[FlightLog] = (), mapping: str | Path | None = None, **choices: Any
 ) -> "CalibrationOptions":
-    """Return the options of a calibration.
-
-    They are the choices, before them those of the mapping, and the defaults.
+    """Return the options of a calibration: the choices, else those of the mapping, else defaults.
 
     An accuracy that is not named keeps the value of the mapping. Raises as `options_from` does.
     """
@@ -240,9 +236,9 @@ def options_of(
 def advice_of(
     logs: Iterable[FlightLog] = (), mapping: str | Path | None = None
 ) -> Mapping[str, Any]:
-    """Return the choices that a mapping advises.
+    """Return the choices advised by the mapping that is named, else by that of a log.
 
-    It is the one named, else the one by which a log was read.
+    A log has the mapping by which it was read.
     """
     from pitotbench.logbook.columns import CALIBRATE
     from pitotbench.logbook.mapping import find_mapping

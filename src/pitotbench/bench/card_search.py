@@ -95,12 +95,10 @@ def best_card(
 ) -> Search:
     """Search the card of a maneuver with the smallest bound in at most so many `minutes`.
 
-    So many `flights` are flown for it.
-
-    Uses the simplex of Nelder and Mead (1965) on the logarithms of the free numbers. A card that
-    cannot be flown, does not determine the answer or leaves the box gets the cost `_UNFLYABLE`. A
-    card that takes longer than `minutes` pays for the overtime. `step` is called after each flight.
-    Raises BadInputError where the maneuver has no free number.
+    So many `flights` are flown for it, by the simplex of Nelder and Mead (1965) on the logarithms
+    of the free numbers. A card that cannot be flown, does not determine the answer or leaves the
+    box gets the cost `_UNFLYABLE`. A card that takes longer than `minutes` pays for the overtime.
+    `step` is called after each flight. Raises BadInputError where the maneuver has no free number.
     """
     from scipy.optimize import minimize
 

@@ -138,9 +138,9 @@ def _is_lasting(name: str) -> bool:
 
 
 def _shares(judged: Judged, whole: float) -> list[Gap]:
-    """Return the gaps of an answer, each with what it closes together with the others.
+    """Return an answer's gaps, each with what it closes of the first explainable gap.
 
-    That is a share of the first explainable gap.
+    A gap closes together with the others; `whole` is that first gap.
     """
     now = largest_gap(judged.shown).closure
     return [
@@ -160,8 +160,8 @@ def _to_patch(judged: Judged, whole: float, chosen: str) -> list[Gap]:
 def _gained(judged: Judged, names: Sequence[str], chosen: str) -> float:
     """Return the fall of the sum of squares of the log with the largest gap by some causes.
 
-    It counts as far as it holds in parts of the logs to which the sizes were not fitted. Causes
-    that share a gap close it together; the rivals of the chosen one take no part.
+    Only as far as it holds in parts of the logs to which the sizes were not fitted. Causes that
+    share a gap close it together; the rivals of the chosen one take no part.
     """
     fitted, block = judged.fitted, largest_gap(judged.shown).block
     rivals = {c.name for g in judged.verdict.gaps for c in with_choice(g, chosen).causes[1:]}
@@ -177,18 +177,18 @@ def _gained(judged: Judged, names: Sequence[str], chosen: str) -> float:
 
 
 def _form(gap: Gap) -> float:
-    """Return the deviation of the form of what is patched for a gap, as a share.
+    """Return the deviation of the form of a gap's patch, as a share.
 
-    That of one of a set is off by what the others of the set have.
+    One of a set is off by what the others of the set have as well.
     """
     whole = sum(cause.probability for cause in gap.causes)
     return hypot(FORM, 1.0 - gap.causes[0].probability / max(whole, gap.causes[0].probability))
 
 
 def _covariance(judged: Judged, gaps: Sequence[Gap]) -> dict[str, float]:
-    """Return the covariances of the sizes of an answer that are patched.
+    """Return the covariances of an answer's patched sizes, by the names of two of them.
 
-    They are by the names of two of them; that of one with itself has the error of the method.
+    That of a size with itself has the error of the method.
     """
     gaps_found = {(g.causes[0].name, s.name): s for g in gaps for s in g.causes[0].sizes}
     sizes = judged.fitted.told.among([*gaps_found])

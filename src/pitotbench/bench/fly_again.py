@@ -91,9 +91,7 @@ def _flights(card: Case, effects: Sequence[EffectSpec], numbers: Sequence[int]) 
 
 
 def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
-    """Return a card with the error curve of a log.
-
-    It is in the temperature of the log where its header does not state the day.
+    """Return a card with the error curve of a log, and its temperature if the day is not stated.
 
     The free parameters say how much warmer the air is than on the card.
     """
@@ -119,7 +117,7 @@ def as_the_log_shows(card: Case | None, shown: ShownFlight) -> Case | None:
 def error_curve_of(layout: Layout, sizes: Mapping[str, float]) -> PressureErrorSpec:
     """Return the error curve that a log shows, with `sizes` of its free parameters.
 
-    It reaches over the airspeeds of the log as they are after correction, and is constant beyond
+    The curve spans the airspeeds of the log as they are after correction, and is constant beyond
     them.
     """
     shown = layout.reference.clean["impact_pressure"][layout.measured]

@@ -1,7 +1,4 @@
-"""Calibrate the logs of a folder or of a .zip file.
-
-Each is calibrated once, with one curve where they have one in common.
-"""
+"""Calibrate each log of a folder or a .zip file once, with one curve where they share it."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -56,10 +53,11 @@ def calibrate_folder(
 ) -> list[FolderAnswer[T]]:
     """Calibrate those of several logs that have an answer; `report` a line on each.
 
-    They get one curve, or one each: `separately`, of several airplanes or recorders, with the
-    model `auto`, and where a log answers by its height alone. Each log is fitted once. A warning of
-    each answer names the logs that are left out. `label` is that of the progress shown; the other
-    parameters are those of `calibrate_each`. Raises BadInputError where no log has an answer.
+    They share one curve. They have one each if `separately`, of several airplanes or recorders,
+    with the model `auto`, and where a log answers by its height alone. Each log is fitted once. A
+    warning of each answer names the logs that are left out. `label` is that of the progress shown;
+    the other parameters are those of `calibrate_each`. Raises BadInputError where no log has an
+    answer.
     """
     known: Known = {}
 

@@ -93,10 +93,7 @@ class PlanRequest:
 
     @property
     def airspeeds(self) -> Array:
-        """The airspeeds [m/s], (n,), at which the bound is averaged.
-
-        They are every 5 kt of the wanted range.
-        """
+        """The airspeeds [m/s], (n,), at which the bound is averaged: every 5 kt of the range."""
         low, high = self.range
         steps = np.arange(int((high - low) / _CURVE_STEP + 1e-6) + 1, dtype=np.float64)
         return np.asarray(low + _CURVE_STEP * steps, dtype=np.float64)
@@ -115,9 +112,9 @@ class PlanRequest:
 
 
 def written(value: float, suffix: str) -> float:
-    """Return an SI value as a card's file has it.
+    """Return an SI value as a card's file has it, in the unit of a suffix, to a millionth.
 
-    It is in the unit of a suffix ("" for a count), to a millionth.
+    The suffix of a count is "".
     """
     return round(float(from_si(value, suffix) if suffix else value), 6)
 
@@ -167,9 +164,9 @@ def _track(flight: Flight) -> Array:
 def smooth_flight(request: PlanRequest, maneuver: str, card: CardChanges | None = None) -> Flight:
     """Return the flight of a maneuver in smooth air. The last few are kept in memory.
 
-    It is integrated at the slowest rate that fits the data system, where the airplane is one of the
-    bench: `python -m tests.simulation.rates` measures what that changes. A fast airplane of
-    JSBSim's library may need the usual rate.
+    Where the airplane is one of the bench, the rate is the slowest that fits the data system:
+    `python -m tests.simulation.rates` measures what that changes. A fast airplane of JSBSim's
+    library may need the usual rate.
     """
     case = replace(request.case(maneuver, card), das=request.das)
     attached = read_record(find_aircraft(case.aircraft)) is not None
@@ -183,9 +180,9 @@ def _flown(case: str) -> Flight:
 
 
 def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSecond:
-    """Return 2σ [m/s] at the request's airspeeds by the information matrix.
+    """Return 2σ [m/s] at the request's airspeeds, by the information in gusts of expected level.
 
-    It is for gusts of the expected level.
+    The noise is known: the bound is that of the information matrix.
     """
     das = request.das
     noise = ExpectedNoise(

@@ -1,11 +1,10 @@
-"""Add gusts to a flight in smooth air.
+"""Add gusts to a flight in smooth air, by Dryden turbulence drawn at random along it.
 
-Dryden turbulence is drawn at random along it. The spectra are
-those of MIL-F-8785C (1980), 3.7.2.1, above 2,000 ft: longitudinal H(s) ∝ 1/(1 + s/a) and lateral
-H(s) ∝ (1 + √3 s/a)/(1 + s/a)² with a = V/L. Both have the same variance. At low frequencies the
-lateral gust has half the power of the longitudinal one. The axes of the simulator's turbulence are
-fixed to the ground and do not turn with the airplane. The longitudinal axis is the direction that
-the wind comes from, mirrored about north; this was found from simulated flights.
+The spectra are those of MIL-F-8785C (1980), 3.7.2.1, above 2,000 ft: longitudinal H(s) ∝ 1/(1 +
+s/a) and lateral H(s) ∝ (1 + √3 s/a)/(1 + s/a)² with a = V/L. Both have the same variance. At low
+frequencies the lateral gust has half the power of the longitudinal one. The axes of the simulator's
+turbulence are fixed to the ground and do not turn with the airplane. The longitudinal axis is the
+direction that the wind comes from, mirrored about north; this was found from simulated flights.
 """
 
 from dataclasses import replace
@@ -30,10 +29,7 @@ _STEP = 0.1  # s between two samples of the gust: one draw serves flights of any
 
 
 def gust_deviation(case: Case) -> float:
-    """Return the standard deviation [m/s] of each horizontal gust component.
-
-    It is at the height of a case.
-    """
+    """Return the deviation [m/s] of each horizontal gust component at the height of a case."""
     severity = TURBULENCE_SEVERITY[case.turbulence]
     return float(np.interp(case.altitude / FOOT, _HEIGHTS, _DEVIATIONS[severity])) * FOOT
 

@@ -34,10 +34,7 @@ def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:
 
 
 def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | None:
-    """Return an entry of the cache and mark it as used.
-
-    None where there is none, or where it cannot be used.
-    """
+    """Return an entry of the cache and mark it as used, None where none is there or usable."""
     try:
         null = read_distribution(place.read_bytes())
         if null.flights != flights:

@@ -32,11 +32,11 @@ def null_distribution_of(
 ) -> NullDistribution:
     """Return the null distribution of a card, for logs that are judged in this setting.
 
-    That of a stock card is shipped with the package. Any other is kept in `cache_folder()` under a
-    digest of its inputs, so that a card is flown once. Without `keep` the flights are always flown,
-    the shipped table is not read, and the cache is neither read nor written. Two runs
-    that need the same entry at the same time both fly. Their flights are the same bit for bit, so
-    it does not matter which one writes last, and no lock is needed.
+    A stock card's is shipped with the package. Any other is kept in `cache_folder()` under a digest
+    of its inputs, so that a card is flown once. Without `keep` the flights are always flown, the
+    shipped table is not read, and the cache is neither read nor written. Two runs that need the
+    same entry at the same time both fly. Their flights are the same bit for bit, so it does not
+    matter which one writes last, and no lock is needed.
     """
     card = replace(card, effects=(), truth_seed=1, sensor_seed=1)
     setting = setting or AnalysisSetting(day_known=True)
@@ -66,10 +66,7 @@ def null_distribution_of(
 def announce_flights(
     flights: int, say: Progress, clock: Callable[[], float] = monotonic
 ) -> Callable[[], None]:
-    """Return a function that announces each flight of some.
-
-    It tells the time that the others will take [s].
-    """
+    """Return a function that announces each of some flights and the time the rest will take [s]."""
     done, begun = count(1), clock()
 
     def announce() -> None:

@@ -38,9 +38,9 @@ def table_of(card: Case, flights: int, setting: AnalysisSetting) -> Path:
 
 
 def read_table(card: Case, flights: int, setting: AnalysisSetting) -> NullDistribution | None:
-    """Return the null distribution of a card as it is shipped.
+    """Return a card's null distribution as shipped, None for none or for one of other numbers.
 
-    None where it is not, or where the numbers that decide it have changed since.
+    The numbers that decide it may have changed since it was made.
     """
     place = table_of(card, flights, setting)
     return read_packed(place.read_bytes()) if place.is_file() else None

@@ -98,8 +98,8 @@ def conditions_of(request: PlanRequest) -> str:
 def plan_merit(request: PlanRequest, each: Forecast) -> float:
     """Return the number that ranks a maneuver; the smallest is the best.
 
-    It is the minutes to the wanted 2σ; else 2σ [m/s] after as many whole flights as fit into the
-    minutes; else 2σ [m/s] for equal minutes.
+    The minutes to the wanted 2σ; else 2σ [m/s] after as many whole flights as fit into the minutes;
+    else 2σ [m/s] for equal minutes.
     """
     if request.want is not None:
         return each.times_for(request.want) * each.minutes

@@ -74,9 +74,7 @@ def calibrate(
     end: str | None = None,
     **choices: Any,
 ) -> Calibration | tuple[Calibration, ...]:
-    """Estimate the pressure-error curve and the wind from logs.
-
-    They are a log, a path, a DataFrame, or a list of them.
+    """Estimate the pressure-error curve and the wind from a log, a path, a DataFrame, or a list.
 
     The answer is that of `pitotbench calibrate`. Parameters: logs, of one airplane; options, or its
     fields as keywords (`model="quadratic"`, `wind="constant"`; what is not named comes from the
@@ -90,6 +88,7 @@ def calibrate(
     where they are of several airplanes or recorders. Several flights of one log have one curve, and
     their winds in `winds`. SI units, each number with 2σ. Raises BadInputError for what cannot be
     used, NoAnswerError for a log that does not determine the answer.
+
     Source: Martos, Kiszely and Foster (2011) for the problem; `docs/method.md` for the methods.
     """
     from pitotbench.calibration.flights import of_one_log

@@ -32,11 +32,10 @@ WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")
 def keep(
     outcome: FullReconciliation, document: Mapping[str, Any], out: Path, units: str = ""
 ) -> list[str]:
-    """Write `verdict.json`, `patch.toml` and `report.html` to a folder.
+    """Write `verdict.json`, `patch.toml` and `report.html` to a folder, and return lines to print.
 
-    Those of an earlier run are replaced. `units` as for `reader_units`.
-
-    Where an effect acts on the aircraft, `overlay.xml` is written too. Returns the lines to print.
+    Files of an earlier run are replaced. Where an effect acts on the aircraft, `overlay.xml` is
+    written too. `units` as for `reader_units`.
     """
     texts = {
         "verdict.json": answer_text(document),
@@ -51,9 +50,9 @@ def keep(
 
 
 def _write(out: Path, texts: Mapping[str, str]) -> list[str]:
-    """Write files to a folder; return the line to print.
+    """Write files to a folder, delete an earlier run's, and return the line to print.
 
-    Those of an earlier run do not belong to this verdict.
+    Those files do not belong to this verdict.
     """
     out.mkdir(parents=True, exist_ok=True)
     for name in set(WRITTEN) - texts.keys():
@@ -64,13 +63,12 @@ def _write(out: Path, texts: Mapping[str, str]) -> list[str]:
 
 
 def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None) -> list[str]:
-    """Write the aircraft with what is named, or was chosen; return the lines to print.
+    """Write the aircraft with what is named, or was chosen, as `<aircraft>+<variant>`.
 
-    Its name is `<aircraft>+<variant>`.
-
-    One line names the effects that belong in a case file instead, one those that the log does not
-    tell apart. An existing aircraft is never overwritten. Raises BadInputError where no named
-    effect acts on the aircraft, or where the name is taken, NoAnswerError where a set is told.
+    Return the lines to print. One names the effects that belong in a case file instead, one those
+    that the log does not tell apart. An existing aircraft is never overwritten. Raises
+    BadInputError where no named effect acts on the aircraft, or where the name is taken,
+    NoAnswerError where a set is told.
     """
     verdict, aircraft, account = outcome.verdict, outcome.account.aircraft, outcome.account
     chosen = [with_choice(gap, account.chosen) for gap in verdict.gaps if gap.causes]

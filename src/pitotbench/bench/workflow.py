@@ -164,9 +164,9 @@ def judge_layouts(
 def closure_on(
     log: FlightLog | Maneuvers, model: AircraftModel | None, first: JudgedLog, fitted: Fitted
 ) -> Closure | None:
-    """Return the closure of a fit on another log, with the floor of the `first`.
+    """Return the closure of a fit on another log, None where it shows no gap.
 
-    None where no gap is to be seen there.
+    The log has the floor of the `first`.
     """
     prepare = partial(prepare_layout, log, model, first.layout.setting)
     return hold_out(prepare, first.null, fitted)
@@ -302,9 +302,9 @@ def reconcile_fully(
     """Reconcile logs, and fly a card again with what is found.
 
     `card` is that of all logs that state none of their own. `choose` is the cause to patch of a set
-    that the logs do not tell apart. With `refly` the card of the log with
-    the largest gap is flown again. Without `keep` the cache of null flights is neither read nor
-    written. Raises BadInputError for a log that cannot be used, and for a choice that is in no set.
+    that the logs do not tell apart. With `refly` the card of the log with the largest gap is flown
+    again. Without `keep` the cache of null flights is neither read nor written. Raises
+    BadInputError for a log that cannot be used, and for a choice that is in no set.
     """
     say = progress or (lambda text: None)
     several = [measured] if isinstance(measured, NamedLog) else measured
@@ -426,12 +426,10 @@ def formula_of(judged: Judged) -> FoundFormula | None:
 def patch_of(
     judged: Judged, source: str, date: str, reported: Sequence[Gap] | None = None
 ) -> Patch:
-    """Return the patch of an answer.
+    """Return the patch of an answer: the likeliest cause of each gap, and the terms of a formula.
 
-    It has the most probable cause of each gap, and the terms of a formula.
-
-    `reported` are its gaps, by default those of the verdict. It is empty where the names were taken
-    back.
+    `reported` are its gaps, by default those of the verdict. The patch is empty where the names
+    were taken back.
     """
     gaps = [gap for gap in (judged.verdict.gaps if reported is None else reported) if gap.causes]
     joined: dict[str, Candidate] = {}
@@ -479,9 +477,9 @@ def coefficients_along(
     gaps: Iterable[Gap],
     agreeing: Iterable[tuple[str, Estimate]] = (),
 ) -> tuple[Coefficient, ...]:
-    """Return the coefficients of a model along a flight, and the measured ones.
+    """Return a model's and the measured coefficients along a flight, by gaps and agreement.
 
-    They are those that gaps change, and those that show no gap.
+    The gaps change the former, `agreeing` ones show no gap.
     """
     model = shown.block.layout.reference.force_model
     return () if model is None else measured_coefficients(aircraft, model.coarse, gaps, agreeing)
@@ -493,9 +491,9 @@ def entries(patch: Patch) -> tuple[EffectSpec, ...]:
 
 
 def bounds_of(gaps: Sequence[Gap]) -> dict[str, dict[str, float]]:
-    """Return 2σ of every size of the first cause of each gap.
+    """Return 2σ of the sizes of each gap's first cause, by effect and parameter.
 
-    They are by effect and parameter, in the units of the effects table.
+    In the units of the effects table.
     """
     bounds: dict[str, dict[str, float]] = {}
     for cause in (gap.causes[0] for gap in gaps if gap.causes):

@@ -1,4 +1,1 @@
-"""The page of `pitotbench open`: drop a log, brush minutes, see the answer.
-
-For one person, on this computer alone.
-"""
+"""The page of `pitotbench open` for one person on this computer: drop a log, see the answer."""

@@ -1,7 +1,4 @@
-"""Who may use the page: the person who started it.
-
-They come from this computer, through the address that was printed.
-"""
+"""Who may use the page: its starter, from this computer, through the address that was printed."""
 
 import hmac
 from dataclasses import dataclass

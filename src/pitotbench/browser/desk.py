@@ -1,6 +1,6 @@
 """What lies on the desk: the logs, what is asked of them, and the latest answer.
 
-It outlives the tabs that show it.
+The desk outlives the tabs that show it.
 """
 
 import asyncio

@@ -27,10 +27,9 @@ _LONGEST = 200  # letters of a name that are shown
 
 
 class Store:
-    """A private folder for files, one folder a drop.
+    """A private folder for files, one folder a drop, deleted at the end.
 
-    It is deleted at the end; that of a server that was killed, whose lock is free, when the next
-    one starts.
+    The folder of a server that was killed, whose lock is free, is deleted when the next one starts.
     """
 
     def __init__(self) -> None:
@@ -48,12 +47,11 @@ class Store:
         self._numbers = count(1)
 
     def new_path(self, name: str, drop: str) -> Path | None:
-        """Return where to put a file of a drop, by the name that the user knows.
+        """Return where to put a file of a drop by the user's name of it, None if it is not taken.
 
-        None for a file that can be no log, and for one too many.
-
-        The name on the disk is ours. Its ending is one of the known ones; a file that belongs to a
-        log in several files keeps the ending by which its mapping finds it.
+        A file that can be no log is not taken, nor one too many. The name on the disk is ours. Its
+        ending is one of the known ones; a file that belongs to a log in several files keeps the
+        ending by which its mapping finds it.
         """
         ending, number = ending_of(name), next(self._numbers)
         if not ending or number > _MOST_FILES:
@@ -126,10 +124,7 @@ def ending_of(name: str) -> str:
 
 
 def shown_name(name: str) -> str:
-    """Return a file's name as it is shown and written into commands.
-
-    It is without what could lead elsewhere, and without control codes.
-    """
+    """Return a file's name for display and commands, less paths upward and control codes."""
     parts = [part for part in name.replace("\\", "/").split("/") if part not in ("", ".", "..")]
     return "".join(letter for letter in "/".join(parts) if letter.isprintable())[-_LONGEST:]
 

@@ -1,7 +1,6 @@
-"""What the page says beside its pictures, as plain texts.
+"""What the page says beside its pictures, as plain texts: the answer's tree, the desk's choices.
 
-It is the tree of the answer, and the choices of the desk. The page puts them in as text, never as
-HTML.
+The page puts them in as text, never as HTML.
 """
 
 import re

@@ -104,7 +104,8 @@ def fields_of(settings: Mapping[str, str]) -> Plain:
 class Found:
     """A flight of a file, or a file that was not read: it may be the table of a handbook.
 
-    Of the log of an autopilot its name, and whether it has several airspeed sensors.
+    `autopilot` is the name of the autopilot whose log it is, and `several` whether that has several
+    airspeed sensors.
     """
 
     log: NamedFile
@@ -266,8 +267,8 @@ def mapping_of(rows: Sequence[DraftRow], title: str) -> str:
 def answer(tell: Tell, request: Request, look: bool) -> None:
     """Tell the answer of a request: its curve first, and all of it at the end.
 
-    Before it comes what is done, in words, and the picture of the first log where `look` asks for
-    it.
+    Before the curve, tell in words what is done, and the picture of the first log where `look` asks
+    for it.
     """
     if look:
         tell("look", (request.whole, _look(_part(request.logs[0].path, request.whole))))

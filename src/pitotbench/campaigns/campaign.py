@@ -62,10 +62,7 @@ class StoppedError(KeyboardInterrupt):
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does.
-
-    All is then closed in order.
-    """
+    """Let SIGTERM and SIGHUP raise KeyboardInterrupt as Ctrl-C does, to close all in order."""
     if current_thread() is not main_thread():  # only the main thread may set handlers
         yield
         return
@@ -88,10 +85,9 @@ _RECENT = 600.0  # s over which the rate is measured
 
 @dataclass(slots=True)
 class Watch:
-    """Counts the flights of a campaign and reports them, by `style`.
+    """A count of a campaign's flights, reported by `style`: a bar on a terminal, else lines.
 
-    That is a bar on a terminal, else a line a minute, in words or as JSON. `total` is the number of
-    flights planned.
+    There is a line a minute, in words or as JSON. `total` is the number of flights planned.
     """
 
     total: int

@@ -25,10 +25,7 @@ def code_digest() -> str:
 
 
 def package_digest(without: Iterable[str] = (), but: Iterable[str] = ()) -> str:
-    """Return the digest of the code of this package.
-
-    It is `without` some packages `but` with some of their modules.
-    """
+    """Return the digest of this package's code, `without` packages `but` some of their modules."""
     left_out, kept = {*without}, {*but}
     paths = (file.relative_to(PACKAGE) for file in sorted(PACKAGE.rglob("*.py")))
     return _digest_of(
@@ -37,9 +34,9 @@ def package_digest(without: Iterable[str] = (), but: Iterable[str] = ()) -> str:
 
 
 def file_sha256(path: Path) -> str:
-    """Return the SHA-256 of a file, in hexadecimal.
+    """Return the SHA-256 of a file, or of a folder's files one after another by path.
 
-    That of a folder is of its files one after another, by path.
+    In hexadecimal.
     """
     found = sha256()
     for each in sorted(path.rglob("*")) if path.is_dir() else [path]:

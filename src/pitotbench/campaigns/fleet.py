@@ -72,9 +72,7 @@ class Failure:
 
     @classmethod
     def of(cls, error: BaseException) -> "Failure":
-        """Return the failure that describes an error.
-
-        It names the type of an error that the bench does not expect.
+        """Return the failure that describes an error, by its type if the bench does not expect it.
 
         The error itself is not kept, because not every error can be sent from one process to
         another.
@@ -88,10 +86,7 @@ class Failure:
 
 
 def require_all(results: Sequence[R | Failure]) -> list[R]:
-    """Return the results.
-
-    Where a task failed, raise the first failure as an error of its kind instead.
-    """
+    """Return the results, or raise the first failure as an error of its kind."""
     for result in results:
         if isinstance(result, Failure):
             raise result.kind(f"{result.reason}\n{result.trace}".rstrip())
@@ -345,16 +340,14 @@ def open_fleet(
     security: Path | None = None,
     isolated: bool = False,
 ) -> Iterator[Fleet]:
-    """Give a fleet of processes, or this process alone.
+    """Open a fleet: this process for one job, spawned processes for more, or a dask cluster.
 
-    It is this process for one job, spawned processes for more, a dask cluster for a scheduler's
-    address.
-
-    Without `jobs` there is one process for each core, and no more than `tasks`. With `isolated` one
-    job is a process of its own as well, so that a flight that crashes does not end this one. One
-    task is performed here; so is all work where this process may start no other. `security` is a
-    file with the certificates of a `tls://` scheduler. Raises BadInputError where dask is not
-    installed, the scheduler does not answer or a worker does not fit.
+    The cluster is that of a scheduler's address. Without `jobs` there is one process for each core,
+    and no more than `tasks`. With `isolated` one job is a process of its own as well, so that a
+    flight that crashes does not end this one. One task is performed here; so is all work where this
+    process may start no other. `security` is a file with the certificates of a `tls://` scheduler.
+    Raises BadInputError where dask is not installed, the scheduler does not answer or a worker does
+    not fit.
     """
     limits = limits or Limits()
     if scheduler is not None:
@@ -388,8 +381,7 @@ def usable_cores() -> int:
 def progress(label: str, total: int) -> Iterator[Step]:
     """Show a progress bar and give the function that advances it.
 
-    Where stderr is no terminal a line is written instead, every 20 s at most. Without a label
-    nothing is shown.
+    No bar without a label; no terminal on stderr gets a line instead, every 20 s at most.
     """
     if not label:
         yield lambda: None

@@ -32,9 +32,9 @@ def flown(case: Case) -> FlightLog:
 
 
 def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
-    """Fly a case, record it with its data system and write the log.
+    """Fly a case, record it with its data system, and write the log, with `truth` that too.
 
-    With `truth`, write the truth next to it.
+    The truth is written next to the log.
     """
     flight = fly(case)
     log = sense(flight)
@@ -79,9 +79,9 @@ def briefing_of(flight: Flight) -> tuple[BriefedLeg, ...]:
 
 @cache
 def briefing(aircraft: str, maneuver: str) -> tuple[BriefedLeg, ...]:
-    """Return the legs of a maneuver for the pilot of an aircraft.
+    """Return the legs of a maneuver for an aircraft's pilot, () where it cannot be flown.
 
-    There are none where it cannot be flown, or where no maneuver is named.
+    And where no maneuver is named.
     """
     case = Case(aircraft, maneuver, turbulence="none", integration_rate=SLOWEST_RATE)
     with suppress(SimulationError):
@@ -123,8 +123,8 @@ SCORED_RANGE = (100.0 * KNOT, 160.0 * KNOT)
 class Comparison:
     """Errors of estimates, estimate minus truth, and their stated 2σ, (n,) each.
 
-    Both are in m/s, in m for altitudes, or in knots where they come from a table in knots. The
-    means are in the same unit.
+    The unit is m/s, m for altitudes, or knots where they come from a table in knots. The means are
+    in the same unit.
     """
 
     error: Array
@@ -155,9 +155,9 @@ def rms(values: Union[Array, "Series[float]"]) -> float:
 
 
 def scored(curve: ErrorCurve) -> Booleans:
-    """Return the mask of the curve's points inside the scored range of indicated airspeed.
+    """Return the mask of a curve's points in the scored airspeed range, of all if none is inside.
 
-    All points count where none is inside.
+    The airspeeds are indicated.
     """
     low, high = SCORED_RANGE
     inside: Booleans = (curve.indicated_airspeed > low - 0.01) & (

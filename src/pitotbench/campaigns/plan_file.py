@@ -25,16 +25,13 @@ from pitotbench.simulation.sortie import card_of
 
 @dataclass(frozen=True, slots=True)
 class CampaignPlan:
-    """The cases of a campaign: rows × grid × draws × seeds.
+    """The cases of a campaign, rows × grid × draws × seeds, with its systems and calibrations.
 
-    Each has the same data systems and calibrations.
-
-    base: table of the case that the others change, with units as in a case file.
-    rows: changes that go together; grid: fields with their values, of which every combination is
-    flown; draws: fields with random values. A field is a path such as `wind.speed_kt` or
-    `effects.0.parameters.latency_s`.
-    seeds: truth and sensor seeds; empty: those of the case, or a seed of its own for each draw.
-    systems: data systems; empty: that of the case.
+    `base`: table of the case that the others change, with units as in a case file. `rows`: changes
+    that go together; `grid`: fields with their values, of which every combination is flown;
+    `draws`: fields with random values. A field is a path such as `wind.speed_kt` or
+    `effects.0.parameters.latency_s`. `seeds`: truth and sensor seeds; empty: those of the case, or
+    a seed of its own for each draw. `systems`: data systems; empty: that of the case.
     """
 
     base: Mapping[str, Any] = field(default_factory=dict)
@@ -94,10 +91,7 @@ class CampaignPlan:
                 )
 
     def cells(self) -> Iterator[Case]:
-        """Give the cases one by one.
-
-        They have the seeds of the base, or a seed of their own for each draw.
-        """
+        """Give the cases one by one, with the seeds of the base or, by draws, their own."""
         axes = [[(name, value) for value in values] for name, values in self.grid.items()]
         for row in self.rows:
             for cell in product(*axes):
@@ -151,9 +145,7 @@ _NAMED = ("maneuver", "truth_seed", "sensor_seed")
 def plan_of_names(
     base: Case, maneuvers: str, systems: str, models: str, seeds: range, options: CalibrationOptions
 ) -> CampaignPlan:
-    """Return the plan of names as the command line takes them.
-
-    There is one flight for each maneuver and seed.
+    """Return the plan of names as the command line takes them, a flight for each maneuver and seed.
 
     Raises UnknownNameError or BadInputError for a name that does not exist.
     """
@@ -257,9 +249,9 @@ def read_plan(path: Path) -> CampaignPlan:
     """Read a plan. `case` is a case as in a case file, or the path of one, relative to the plan.
 
     `grid`, `list` and `draw` change its fields, `das` is a list of data systems, `seeds` a number
-    or a range and
-    `calibrate` a table of options, or several with a `label` each. Raises BadInputError or
-    UnknownNameError for anything that is wrong; the message begins with the name of the file.
+    or a range and `calibrate` a table of options, or several with a `label` each. Raises
+    BadInputError or UnknownNameError for anything that is wrong; the message begins with the name
+    of the file.
     """
     stated = read_toml(path, "a plan")
     for name in stated:

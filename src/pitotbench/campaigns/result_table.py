@@ -143,10 +143,7 @@ def _groups(
 
 
 def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[str, Any]]:
-    """Give the rows of a flight.
-
-    They have the columns of the contract, the fields that the plan varies, and the flight's key.
-    """
+    """Give the rows of a flight: the contract's columns, the fields that vary, the flight's key."""
     columns = all_columns(document) if varied else {}
     extra = {name: value for field in varied for name, value in _entries(columns, field)}
     labeled = any(label for label, _ in document["calibrations"])
@@ -156,10 +153,10 @@ def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[
 
 
 def _entries(columns: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:
-    """Give what a field of a plan sets, by its path.
+    """Give the names and values that a field of a plan sets, by its path.
 
-    That is a value in the plan's own unit, every column of a table, or an entry of a list of tables
-    such as `effects.0.parameters.latency_s`. A flight that lacks the field has None.
+    A value in the plan's own unit, every column of a table, or an entry of a list of tables such as
+    `effects.0.parameters.latency_s`. A flight that lacks the field has None.
     """
     below = [name for name in columns if name.startswith(f"{path}.")]
     first, _, deeper = path.partition(".")
@@ -183,10 +180,7 @@ def _entries(columns: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]
 
 
 def publish_files(folder: Path, store: ResultStore, tasks: Iterable[Task]) -> None:
-    """Make the folders of logs and of cases from the store.
-
-    Those of an earlier campaign are replaced.
-    """
+    """Make the folders of logs and of cases from the store, in place of an earlier campaign's."""
     fresh = {name: folder / f".{name}-new" for name in ("logs", "cases")}
     for place in fresh.values():
         shutil.rmtree(place, ignore_errors=True)
@@ -268,9 +262,9 @@ def _indexed(store: ResultStore) -> Path:
 
 
 def _flights_held(path: Path, seal: Path, keys: list[str]) -> set[str]:
-    """Return the flights of an index that is whole and holds no part that is gone.
+    """Return the flights of an index that is whole and holds no part that is gone, else none.
 
-    There are none where it is to be made again.
+    With none the index is made again.
     """
     from pandas import read_parquet
 
@@ -326,9 +320,9 @@ _QUOTED_NAME = re.compile(r"`[\w. +-]*`")
 
 
 def _require_comparison(where: str) -> None:
-    """Raise ValueError for an expression that could run code.
+    """Raise ValueError for an expression that is more than comparisons and could run code.
 
-    It would hold a call, an attribute, or anything else than comparisons.
+    It could by a call or an attribute.
     """
     for node in ast.walk(ast.parse(_QUOTED_NAME.sub("column", where.strip()), mode="eval")):
         if not isinstance(node, _ALLOWED):
@@ -430,14 +424,13 @@ def _document(result: Path) -> Document:
 
 
 def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]]:
-    """Fly a stored result again, compare every number, and write its page.
+    """Fly a stored result again in this process, compare every number, and write its page.
 
-    It is flown in this process; the page goes by default into the folder of its campaign.
-
-    `result` is the folder of a campaign with the name or the key of a flight, such as
-    `out/circle-20_1/circle-seed1`, or the file of a part. Returns the file of the page, and a line
-    for each number that differs from the stored one. Raises BadInputError where there is no such
-    result, and NoAnswerError for a flight that has none.
+    The page goes by default into the folder of its campaign. `result` is the folder of a campaign
+    with the name or the key of a flight, such as `out/circle-20_1/circle-seed1`, or the file of a
+    part. Returns the file of the page, and a line for each number that differs from the stored one.
+    Raises BadInputError where there is no such result, and NoAnswerError for a flight that has
+    none.
     """
     from pandas import DataFrame
 

@@ -108,11 +108,10 @@ class ResultStore:
         return self.folder / LOGS / key[:2] / f"{key}-{name}"
 
     def find(self, key: str) -> Document | None:
-        """Return the part of a key.
+        """Return the part of a key, None where there is none or where it is damaged.
 
-        None where there is none, or where it is damaged, no file, or not of this key and layout.
-
-        Raises StoreError where the disk does not give it.
+        A damaged one is no file, or not of this key and layout. Raises StoreError where the disk
+        does not give it.
         """
         path = self.part(key)
         try:
@@ -135,9 +134,7 @@ class ResultStore:
         return document if (document.get("key"), document.get("schema")) == (key, SCHEMA) else None
 
     def put(self, key: str, document: Mapping[str, Any], logs: Mapping[str, bytes]) -> None:
-        """Keep a result.
-
-        Its logs come first, then its part, so that a part never names a log that is not there.
+        """Keep a result: its logs first, then its part, which so never names a missing log.
 
         Raises StoreError where the disk takes no more. Nothing that was stored before is lost.
         """
@@ -199,9 +196,7 @@ _SEAL_LENGTH = len(_seal(b""))
 
 
 def stored(task: Task, result: TaskOutcome | Failure) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """Return the document of a result and its logs.
-
-    It names the case, the code, the versions and the machine.
+    """Return the document of a result, with case, code, versions and machine, and its logs.
 
     Raises BadInputError for a result that other code has made.
     """
@@ -248,9 +243,9 @@ def stored(task: Task, result: TaskOutcome | Failure) -> tuple[dict[str, Any], d
 
 
 def satisfies(document: Mapping[str, Any], task: Task) -> bool:
-    """Return whether a stored result has all that a task asks for.
+    """Return whether a stored result has all that a task asks for: logs and figures.
 
-    That is its logs in their format, and its figures.
+    The logs have to be in their format.
     """
     if document["state"] == QUARANTINED or (
         document["state"] == FAILED and task.keep_logs == "none"

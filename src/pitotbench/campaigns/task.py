@@ -37,9 +37,7 @@ Calibrations = tuple[tuple[str, CalibrationOptions], ...]
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One flight of a campaign.
-
-    Its name and key, its case, the data systems that sense it and the ways it is calibrated.
+    """One flight of a campaign: name, key, case, data systems that sense it, and its calibrations.
 
     `key` is that of `content_key`. `calibrations` are labels, which may be empty, with the options
     of each. `keep_logs` says which logs are kept: `none`, those of a `failed` calibration, or
@@ -69,11 +67,9 @@ def content_key(cell: str, case: Case) -> str:
 def cell_digest(case: Case, systems: Sequence[DataSystem], calibrations: Calibrations) -> str:
     """Return the digest of all that decides a result but the seeds.
 
-    That is the case, the calibrations, and what computes.
-
-    What computes is the schema, the code with its effects, the files of the aircraft, and JSBSim.
-    Flights that differ in their seeds alone have one such digest, which takes longer to make than
-    all else of a task.
+    The case, the calibrations, and what computes: the schema, the code with its effects, the files
+    of the aircraft, and JSBSim. Flights that differ in their seeds alone have one such digest,
+    which takes longer to make than all else of a task.
     """
     content = [
         SCHEMA,
@@ -115,9 +111,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class TaskOutcome:
-    """The result of a task.
-
-    Its rows, a page section for each data system, its failures in words, and its logs.
+    """The result of a task: rows, a page section for each data system, failures in words, and logs.
 
     `logs` are the bytes of the files by the end of their names. `code` is the digest of the code
     that flew, `host` the class of the machine; the times are those of the whole task [s].
@@ -134,10 +128,7 @@ class TaskOutcome:
 
 
 def perform_task(task: Task) -> TaskOutcome:
-    """Fly one task, sense it, calibrate and score.
-
-    This runs in any process, and writes no file that stays.
-    """
+    """Fly one task, sense it, calibrate and score, in any process and without a lasting file."""
     cpu, begun = time.process_time(), time.perf_counter()
     flight = fly(task.case, channels=CHANNELS)
     rows: list[Row] = []
@@ -178,10 +169,7 @@ def perform_task(task: Task) -> TaskOutcome:
 
 
 def host_class() -> str:
-    """Return the system, the processor and the version of Python.
-
-    Such as `Linux x86_64 CPython 3.11.7`.
-    """
+    """Return system, processor and version of Python, as in `Linux x86_64 CPython 3.11.7`."""
     return (
         f"{platform.system()} {platform.machine()} {platform.python_implementation()} "
         f"{platform.python_version()}"

@@ -92,10 +92,7 @@ class WorkerPool(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes.
-
-        They end after the calls that were submitted, or at once where these are cancelled.
-        """
+        """End the processes after the calls that were submitted, or at once if cancelled."""
         with self._lock:
             if cancel_futures:
                 self._dropping = True
@@ -114,10 +111,7 @@ class WorkerPool(Executor):
                 thread.join()
 
     def _serve(self) -> None:
-        """Give calls to one worker and take their results, until the pool is closed.
-
-        This is a thread.
-        """
+        """Give calls to one worker and take their results, in a thread, until the pool closes."""
         worker: _Worker | None = None
         try:
             while call := self._calls.get():

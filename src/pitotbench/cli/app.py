@@ -79,7 +79,7 @@ COMMANDS = (
 class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line.
 
-    It has `--debug` and `--version`, and so have its commands.
+    The flags `--debug` and `--version` are its own, and those of its commands.
     """
 
     def __init__(self, *args: Any, **settings: Any) -> None:
@@ -99,10 +99,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 class CommandParser(OneLineParser):
-    """The parser of one command.
-
-    It loads the command's module only when it parses, not for other commands.
-    """
+    """The parser of one command, which loads the command's module only when it parses."""
 
     def __init__(self, *args: Any, command: Command, **settings: Any) -> None:
         super().__init__(*args, **settings)

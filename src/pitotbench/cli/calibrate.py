@@ -163,10 +163,11 @@ def _require_one_curve(name: str, curves: int) -> None:
 def _reduced(
     options: argparse.Namespace, bundled: bool
 ) -> "tuple[list[tuple[Path, CalibratedFlight]], OverDates | None]":
-    """Return each flight with the path of its log and its calibration.
+    """Return each flight with its log's path and its calibration, and its course over dates.
 
-    There is one curve for each log where asked for, else one for all. Of logs that are `bundled` in
-    a folder they are those that have an answer, with the course of the correction over their dates.
+    With one curve for each log where asked for, else one for all. Of logs that are `bundled` in a
+    folder, those that have an answer; the course of the correction over their dates is that of a
+    folder alone.
     """
     from pitotbench.bench.calibration_request import (
         calibrate_request,
@@ -228,9 +229,6 @@ def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
-    """Return the files that the command reads.
-
-    They are the logs, the mapping if it is a file, and the table of a handbook.
-    """
+    """Return the files that the command reads: logs, a mapping's file, a handbook's table."""
     others = (options.mapping, options.handbook)
     return [*options.logs, *(Path(each) for each in others if each)]

@@ -114,10 +114,7 @@ FLAGS = (
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fly the campaign, print its table and the failures; return the exit code.
-
-    It is 0, or 3 where a flight or a fit failed.
-    """
+    """Fly the campaign, print table and failures; return 0, or 3 if a flight or a fit failed."""
     from pitotbench.campaigns.campaign import PAGE, run_campaign
     from pitotbench.campaigns.result_table import RESULTS
     from pitotbench.show.campaign import campaign_tree

@@ -1,7 +1,4 @@
-"""`pitotbench compare`: two of a kind side by side.
-
-They are calibrations, logs, or versions of an airplane's file.
-"""
+"""`pitotbench compare`: two calibrations, logs, or versions of an airplane's file, side by side."""
 
 import argparse
 from collections.abc import Callable

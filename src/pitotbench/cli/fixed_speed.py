@@ -1,7 +1,4 @@
-"""`pitotbench fixed-speed`: the leg and turn methods.
-
-They are for logs, for cards written by hand, and for legs typed.
-"""
+"""`pitotbench fixed-speed`: the leg and turn methods for logs, written cards, and typed legs."""
 
 import argparse
 from pathlib import Path

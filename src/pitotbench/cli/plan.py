@@ -205,9 +205,9 @@ def _speeds(text: str) -> tuple[float, float]:
 
 
 def write_plan(request: "PlanRequest", plan: "Plan", folder: Path, units: "Units") -> list[Path]:
-    """Write plan.html in the reader's units; return the paths of what is written.
+    """Write plan.html in the reader's units, and a case that fits as plan.toml; return their paths.
 
-    Where a maneuver fits, its case is written as plan.toml for `pitotbench fly`.
+    `pitotbench fly` takes the case.
     """
     from pitotbench.logbook.columns import write_text
     from pitotbench.records.case_file import write_case

@@ -124,9 +124,9 @@ def run(options: argparse.Namespace) -> int:
 def _maneuvers(
     options: argparse.Namespace, path: Path, log: "FlightLog | None"
 ) -> "Maneuvers | None":
-    """Return the maneuvers of a file that stand for a log.
+    """Return the maneuvers of a file that stand for a log, None where there are none.
 
-    They are those of system identification, and with --terms those of a log that states no card.
+    A file of system identification has some, and with --terms a log that states no card.
     """
     from pitotbench.models.identification import maneuvers_of
     from pitotbench.models.maneuver_model import in_place_of_log

@@ -209,11 +209,10 @@ def tell(
     nodes: "Callable[[], Iterable[Node]]",
     title: str = "",
 ) -> None:
-    """Write an answer on standard output.
+    """Write an answer on standard output: a JSON document with `--json`, else its tree.
 
-    It is one JSON document with `--json`, else its tree, in the units of `--units`; where a command
-    has the flag `-v`, the answer alone or all numbers. With a `title` the tree is also the page of
-    `--report`, where one is asked for.
+    The tree is in the units of `--units`; where a command has the flag `-v`, the answer alone or
+    all numbers. With a `title` the tree is also the page of `--report`, where one is asked for.
     """
     from pitotbench.show.reader_units import reader_units
 
@@ -242,10 +241,7 @@ def tell_each(
     document: "Callable[[T], dict[str, Any]]",
     tree: "Callable[[T], Iterable[Node]]",
 ) -> None:
-    """Write the answers for several files.
-
-    They are one JSON document or a list of them, or each stands below the file's name.
-    """
+    """Write the answers for several files: one JSON document or a list, or each below its name."""
     from pitotbench.show.tree import Heading
 
     documents = [document(answer) for _, answer in found] if options.json else []
@@ -306,9 +302,9 @@ def write_table(
     doubts: Mapping[str, Sequence[str]],
     made: "Provenance | None" = None,
 ) -> None:
-    """Write the tables of some curves with their doubts, where `--table` asks for them.
+    """Write the curves by configuration, with their doubts, where `--table` asks for them.
 
-    They are by configuration. `made` names the airplane and the day.
+    `made` names the airplane and the day.
     """
     from pitotbench.records.outputs import file_name
     from pitotbench.show.deliverables import table_text

@@ -90,9 +90,7 @@ def _loaded_model(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, M
 
 @cache
 def coarse_rate(name: str, airspeed: float) -> float:
-    """Return the lowest rate [Hz] at which the propeller of an aircraft settles.
-
-    It is that at an airspeed [m/s].
+    """Return the lowest rate [Hz] at which an aircraft's propeller settles at an airspeed [m/s].
 
     A light propeller overshoots in a long step: its speed then alternates from step to step, and
     the thrust has nothing to do with the throttle.

@@ -32,9 +32,9 @@ RATE = 25.0  # Hz, of the force meter: forces of the air alone are read
 
 
 def coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float | None, str]:
-    """Return the coefficient of a term over a motion with its unit.
+    """Return the coefficient of a term over a motion, a slope or else the mean, with its unit.
 
-    It is a slope, else the mean; None where the model lacks it.
+    None where the model lacks it.
     """
     values, unit = values_of(term, forces, motion), UNITS.get(term.function.variable, "")
     if values is None:
@@ -46,9 +46,9 @@ def coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float 
 
 
 def values_of(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
-    """Return the coefficient of a term along a motion.
+    """Return a term's coefficient along a motion: force or moment over pressure, area and length.
 
-    It is its force or moment over pressure, area and length.
+    None where the model lacks the term.
     """
     values = forces.values.get(term.function.name)
     if values is None or not term.function.axis:
@@ -57,9 +57,9 @@ def values_of(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
 
 
 def coefficient_units(forces: ModelForces, motion: Motion) -> dict[str, Array]:
-    """Return the force or the moment of a coefficient of one along a motion.
+    """Return the force or moment of a unit coefficient: pressure times area and length.
 
-    It is pressure times area and length.
+    By channel, along a motion.
     """
     area, span, chord = forces.wing
     pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2
@@ -89,10 +89,10 @@ def measured_coefficients(
     gaps: Iterable[Gap],
     agreeing: Iterable[tuple[str, Estimate]] = (),
 ) -> tuple[Coefficient, ...]:
-    """Return the coefficients of a model along a motion and the measured ones.
+    """Return the coefficients of a model along a motion, and the measured ones.
 
-    They are those of the first cause of each gap, then of effects that show no gap by their sizes;
-    () where none changes terms of the model's file.
+    First those of the first cause of each gap, then of effects that show no gap by their sizes; ()
+    where none changes terms of the model's file.
     """
     firsts = [gap.causes[0] for gap in gaps if gap.causes]
     changes = [(c.name, s, True) for c in firsts for s in c.sizes if s.name.endswith(CHANGE)]

@@ -289,10 +289,7 @@ def _whole(
 
 
 def _growth(old: Array, change: Array) -> float | None:
-    """Return the share of a channel, (n,), that its change, (n,), is throughout.
-
-    None where it is no constant share.
-    """
+    """Return the constant share that a change, (n,), is of a channel, (n,), None without one."""
     square = float(old @ old)
     share = float(old @ change) / square if square else 0.0
     left = change - share * old
@@ -350,9 +347,10 @@ def _term(
 
 
 def _only_number(edit: Edit) -> tuple[str, str, float | None, float | None]:
-    """Return the only number of a part that differs.
+    """Return element, unit, old and new value of the only number of a part that differs.
 
-    It comes with its element below the part, its unit, and the old and the new value.
+    The element is "" where it is the part itself. Where no single number differs, the values are
+    None.
     """
     if edit.old is None or edit.new is None:
         return "", "", None, None

@@ -66,7 +66,7 @@ def edits_between(old: Path, new: Path) -> list[Edit]:
 def _parts(root: ET.Element) -> Iterator[tuple[Key, ET.Element]]:
     """Yield the parts of an aircraft's file with their keys.
 
-    Each function of the aerodynamics is a part, and each child else.
+    A part is each function of the aerodynamics, and elsewhere each child.
     """
     for section, head in _sections(root):
         seen: dict[Key, int] = {}

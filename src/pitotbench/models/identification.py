@@ -41,9 +41,7 @@ NEEDED = (
 
 
 def maneuvers_of(log: FlightLog, name: str) -> list[Maneuver]:
-    """Return the maneuvers of a log.
-
-    They are the parts in which a body rate exceeds 2°/s, with some quiet flight around.
+    """Return the maneuvers of a log: parts with a body rate above 2°/s, and quiet flight around.
 
     Without sideslip the channels of side force, roll and yaw are left out. Without mass the model's
     counts. Raises BadInputError where the log lacks a channel that is needed, renews its rates too
@@ -84,9 +82,9 @@ def maneuvers_of(log: FlightLog, name: str) -> list[Maneuver]:
 
 
 def _parts(time: Array, lively: Booleans, first: int) -> list[slice]:
-    """Return the maneuvers of a stretch without pauses.
+    """Return a stretch's maneuvers: lively parts joined over rests, none too short or long.
 
-    They are lively parts joined over short rests, none too short or long.
+    The rests are short, and the stretch has no pauses.
     """
     places = np.flatnonzero(lively)
     if not len(places):

@@ -28,9 +28,9 @@ MOST_RATIO = 5.0  # of the measured rate over the model's
 
 
 def air_model(name: str, maneuvers: Sequence[Maneuver]) -> AircraftModel:
-    """Return an aircraft of the hangar as the model of maneuvers.
+    """Return an aircraft of the hangar as the maneuvers' model, with inertia stated or its own.
 
-    It has the inertia that one of them states, else its own. Raises UnknownNameError.
+    Raises UnknownNameError.
     """
     inertia = next((each.inertia for each in maneuvers if each.inertia), None)
     baseline = read_baseline(find_aircraft(name))
@@ -61,10 +61,8 @@ def _react(
 ) -> Reaction:
     """Return the specific forces and angular accelerations that the air makes in each state.
 
-    They are of the measured mass and what a patch has `added` to it [kg].
-
-    A function over the rate of the angle of attack follows the model's own forces; that of the log
-    is measured.
+    By the measured mass and what a patch has `added` to it [kg]. A function over the rate of the
+    angle of attack follows the model's own forces; that of the log is measured.
     """
     axes = sorted(set(rated.values()))
     plant = Plant.load(name, FINE_RATE, unit_overlay(axes) + (overlay or Overlay()), at_once=True)
@@ -102,9 +100,9 @@ def _unit_forces(
 
 
 def in_place_of_log(maneuvers: Sequence[Maneuver], aircraft: str) -> Maneuvers:
-    """Return maneuvers with the vane in time and with a mass.
+    """Return maneuvers with the vane in time, and with the measured mass or the aircraft's.
 
-    Where the mass was not measured, it is that of the aircraft. Raises UnknownNameError.
+    Raises UnknownNameError.
     """
     aligned, lag = align_vane(maneuvers)
     mass = loaded_mass(aircraft)

@@ -1,8 +1,7 @@
-"""Read the standard array of SIDPAC (Morelli, NASA, 2002) as a maneuver.
+"""Read SIDPAC's standard array (Morelli, NASA, 2002), 90 columns, a row a sample, as a maneuver.
 
-It has one row a sample and 90 columns, numbered from 1.
-Columns that were not measured are zero. Deflections are positive where they turn the airplane the
-negative way, so that its aileron is the negative of ours.
+Columns are numbered from 1; those that were not measured are zero. Deflections are positive where
+they turn the airplane the negative way, so that its aileron is the negative of ours.
 """
 
 from pathlib import Path

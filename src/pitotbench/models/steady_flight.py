@@ -106,10 +106,7 @@ class PerformanceModel:
         return model
 
     def load_weight(self, weight: float | None) -> None:
-        """Load a weight [lb] at the center of gravity of the empty aircraft.
-
-        None loads that of the file.
-        """
+        """Load a weight [lb] at the empty aircraft's center of gravity, None its file's."""
         self.frozen.write(self.ballast, 0.0 if weight is None else weight - self.weight)
 
 
@@ -151,8 +148,8 @@ def calibrated_airspeed(true: float, height: float) -> float:
 def stall(model: PerformanceModel, height: float, flaps: float) -> Steady:
     """Return the slowest level flight at 1 g: engines idle, elevator in trim, `flaps` from 0 to 1.
 
-    It is the speed that a deceleration too slow to change the load factor reaches. Raises
-    SimulationError where no angle of attack up to 30° carries the weight.
+    A deceleration too slow to change the load factor reaches its speed. Raises SimulationError
+    where no angle of attack up to 30° carries the weight.
     """
     frozen = model.frozen
     frozen.climb_to(height, 80.0)
@@ -180,10 +177,7 @@ def stall(model: PerformanceModel, height: float, flaps: float) -> Steady:
 
 
 def _one_g(frozen: FrozenAircraft, alpha: float, speed: float) -> State | None:
-    """Return level flight at 1 g and an angle of attack [rad], the elevator in trim.
-
-    None where there is none.
-    """
+    """Return trimmed level flight at 1 g and an angle of attack [rad], None where there is none."""
     for _ in range(12):
         elevator = elevator_for(frozen, speed, alpha)
         if elevator is None:
@@ -204,7 +198,7 @@ def _one_g(frozen: FrozenAircraft, alpha: float, speed: float) -> State | None:
 def steady_flight(
     model: PerformanceModel, height: float, speed: float, lever: float, guess: State
 ) -> Steady | None:
-    """Return steady flight at a true airspeed and a lever, climbing or sinking.
+    """Return steady flight, climbing or sinking, at a true airspeed [m/s] and a lever.
 
     None where nothing balances.
     """
@@ -246,10 +240,7 @@ def _account(frozen: FrozenAircraft, state: State, height: float, along: float) 
 def steady_speeds(
     model: PerformanceModel, height: float, lever: float, slow: float
 ) -> list[Steady]:
-    """Return steady flight at true airspeeds from slow to fast.
-
-    It ends where the aircraft sinks or is far above stall.
-    """
+    """Return steady flight at true airspeeds from slow up to sinking, or to far above stall."""
     limit = HIGHEST_MACH * float(air.sound_speed(air.standard_temperature(height)))
     found: list[Steady] = []
     state = State(slow, alpha=8.0 * DEGREE)
@@ -277,9 +268,9 @@ def refine(
     several: Sequence[Steady],
     value: Callable[[Steady], float],
 ) -> Steady | None:
-    """Return the steady flight at which a value is largest.
+    """Return the steady flight of the largest value, by a parabola through the best speeds.
 
-    It is found by the parabola through the three best speeds.
+    Three speeds define it. None without speeds.
     """
     if not several:
         return None

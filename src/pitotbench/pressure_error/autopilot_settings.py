@@ -1,6 +1,6 @@
-"""The parameters that take the error of a calibrated airspeed out of an autopilot.
+"""Scale and offset by which an autopilot takes a calibrated error out of its airspeed.
 
-They are a scale and an offset that follow its curve.
+They follow the curve of a calibration.
 """
 
 from collections.abc import Mapping
@@ -30,14 +30,14 @@ _WITHOUT_OFFSET = 6  # ARSPD_TYPE of the SDP3X: ArduPilot holds its offset at ze
 
 
 def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
-    """Return the parameters that take the error out of an autopilot's airspeed.
+    """Return the parameters that take the error out of an autopilot's airspeed, with their 2σ.
 
-    Each has its 2σ and its derivation. `result` is a calibration of the airspeed that the autopilot
-    showed with the parameters in its log. The new ones fit C² = R(d − δ) to the calibrated
-    airspeeds C of the curve, by weighted least squares. Their 2σ is that of the curve, whose errors
-    are correlated, plus what the formula cannot follow. Raises BadInputError for an unknown
-    autopilot, for a log without its parameters and for a sensor that does not use them;
-    NoAnswerError for a curve that does not tell them, and for an answer that is not to be used.
+    `result` is a calibration of the airspeed that the autopilot showed with the parameters in its
+    log. The new ones fit C² = R(d − δ) to the calibrated airspeeds C of the curve, by weighted
+    least squares. Their 2σ is that of the curve, whose errors are correlated, plus what the formula
+    cannot follow. Each has its derivation. Raises BadInputError for an unknown autopilot, for a log
+    without its parameters and for a sensor that does not use them; NoAnswerError for a curve that
+    does not tell them, and for an answer that is not to be used.
     """
     if name not in AUTOPILOTS:
         raise BadInputError(explain("autopilot", name, list(AUTOPILOTS)))

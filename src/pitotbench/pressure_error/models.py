@@ -187,10 +187,7 @@ class SmoothModel:
         return self._with_lift(slopes, -self._half * np.exp(-self._half * place))
 
     def _with_lift(self, of_degree: Array, lift: Array) -> Array:
-        """The terms, or their slopes, with the part in 1/x in the third place.
-
-        That is what level and slope leave of it.
-        """
+        """The terms, or their slopes, with what level and slope leave of 1/x in the third place."""
         level, slope, scatter = _lift_over(self._half)
         unlike_lift = (lift - level * of_degree[..., 0] - slope * of_degree[..., 1]) / scatter
         # each column is contiguous in memory, because fits work column by column
@@ -239,9 +236,7 @@ class _Curve(ABC):
         return q_ci / (1.0 - self.normalized(q_ci))
 
     def indicated_impact_pressure(self, impact_pressure: Pascal) -> Pascal:
-        """Return the indicated impact pressure of a true one [Pa], (n,).
-
-        It solves q_ci = q_c (1 − f(q_ci)).
+        """Return the indicated impact pressure of a true one [Pa], (n,): q_ci = q_c (1 − f(q_ci)).
 
         Raises PressureErrorRangeError where no solution is found, because f is close to 1 or above.
         """
@@ -276,9 +271,7 @@ class PressureErrorCurve(_Curve):
 
 
 def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pascal:
-    """Solve q_ci = q_c (1 − f(q_ci)) for q_ci [Pa], (n,), by the secant method.
-
-    Each sample is solved separately.
+    """Solve q_ci = q_c (1 − f(q_ci)) for q_ci [Pa], (n,), sample by sample, by the secant method.
 
     `normalized` is f as a function of q_ci [Pa]. Raises PressureErrorRangeError where no solution
     is found.
@@ -313,9 +306,7 @@ def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pas
 
 @dataclass(frozen=True, slots=True)
 class TableCurve(_Curve):
-    """Δp/q_c [-] over two or more increasing indicated airspeeds [m/s].
-
-    It is linear between them and held at the ends.
+    """Δp/q_c [-] over two or more increasing indicated airspeeds [m/s], linear, held at the ends.
 
     Raises ValueError for fewer points, or airspeeds that do not increase.
     """

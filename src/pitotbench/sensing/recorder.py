@@ -1,7 +1,4 @@
-"""Record a flight: pass the truth through every sensor.
-
-On request the truth is written to a file of its own.
-"""
+"""Record a flight: pass the truth through every sensor, and write the truth where asked for."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -123,10 +120,7 @@ def quantize(values: Array, resolution: float) -> Array:
 
 
 def with_height_error(flight: Flight, das: DataSystem, seed: int) -> Flight:
-    """Return the flight with the slow error in its altitude.
-
-    It is the same flight where the receiver has none.
-    """
+    """Return the flight with the receiver's slow error in its altitude, if it has one."""
     if das.altitude_drift == 0.0 or "altitude" not in flight.channels:
         return flight
     stream = noise_stream(seed, "altitude_drift", das)
@@ -195,9 +189,7 @@ def values_at_probes(
 
 
 def with_probe_effects(flight: Flight, das: DataSystem) -> Flight:
-    """Return the flight with the case's effects on the probes.
-
-    It is the same flight where there are none.
+    """Return the flight with the case's effects on the probes, if there are any.
 
     Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters.
     """
@@ -233,10 +225,7 @@ def with_listed_mass(flight: Flight) -> Flight:
 
 
 def with_recorder_effects(log: FlightLog, case: Case) -> FlightLog:
-    """Return the log with the case's effects on recorded samples.
-
-    It is the same log where there are none.
-    """
+    """Return the log with the case's effects on recorded samples, if there are any."""
     choices = _sensor_effects(case, after_noise=True)
     if not choices:
         return log
@@ -355,11 +344,9 @@ def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed
 
 
 def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
-    """Return the header of a synthetic log.
+    """Return a synthetic log's header: versions, seeds, accuracies, the case without its truth.
 
-    It has versions, seeds, accuracies, and the case without its truth.
-
-    It holds a digest of the whole case, so that a truth file can be matched to its log.
+    A digest of the whole case is in it, so that a truth file can be matched to its log.
     """
     public = case_table(case, omit=(*TRUTH_FIELDS, "das", "accuracy", "truth_seed", "sensor_seed"))
     system = {**case_table(Case(das=das))["das"], "name": das.label}

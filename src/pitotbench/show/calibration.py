@@ -31,7 +31,7 @@ _MOST_DRAWN = 30  # points of a line that is drawn small
 class Correction:
     """The correction to add to one indicated airspeed, and its ±2σ bound [kt].
 
-    Of a simulated flight it has the true one as well.
+    `true_kt` is the true correction, known of a simulated flight.
     """
 
     indicated_kt: float
@@ -130,9 +130,9 @@ def _corrections(result: Calibration) -> tuple[Correction, ...]:
 
 @dataclass(frozen=True, slots=True)
 class NamedFlight:
-    """A calibrated flight with the file of its log, as the user knows it.
+    """A calibrated flight with its log's file as the user knows it, and an autopilot's parameters.
 
-    It has the parameters of an autopilot where they were asked for.
+    The parameters are there where they were asked for.
     """
 
     file: str
@@ -153,9 +153,9 @@ class NamedFlight:
 
 
 def flight_lines(flight: CalibratedFlight) -> list[str]:
-    """Return which flight of its log a calibration is of, in lines.
+    """Return in lines which flight of its log a calibration is of, and with which it is shared.
 
-    They say as well with how many it shares the curve, and which logs are of this flight.
+    The number of flights that share the curve is told, and the logs that are of this flight.
     """
     sentences = []
     if flight.count > 1:
@@ -209,11 +209,10 @@ def is_doubt(warning: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What was found beside an answer.
+    """What was found beside an answer: its kind, its words, and how far it moves the curve [m/s].
 
-    Its kind, in words, and the most [m/s] that it moves the curve; None where that is not known.
-    One that is `fatal` makes the answer unusable; one of the `first` must go with it, the others
-    tell how the log was read.
+    `moves` is the most, None where that is not known. One that is `fatal` makes the answer
+    unusable; one of the `first` must go with it, the others tell how the log was read.
     """
 
     kind: str
@@ -243,9 +242,9 @@ def findings_of(result: Calibration) -> list[Finding]:
 
 
 def headline(result: Calibration) -> list[str]:
-    """Return what contradicts an answer within its own log.
+    """Return what contradicts an answer within its own log: what forbids its use, then all else.
 
-    One line is for what forbids its use, one for all else.
+    Each is one line.
     """
     fatal = [each.words for each in result.disagreements if each.fatal]
     others = [each.words.partition(". ")[0] for each in result.disagreements if not each.fatal]
@@ -254,10 +253,9 @@ def headline(result: Calibration) -> list[str]:
 
 
 def doubts_of(result: Calibration) -> list[str]:
-    """Return what an answer must not go without, wherever it is taken.
+    """Return what contradicts, may move or is assumed of an answer, which must go wherever it goes.
 
-    That is what contradicts it, what may move it, and what is assumed. The first says which speeds
-    and tracks the log lacks.
+    The first doubt says which speeds and tracks the log lacks.
     """
     words = [each.words for each in findings_of(result)[len(result.disagreements) :] if each.first]
     warnings = [f"{capital(w)}{'' if w.endswith('?') else '.'}" for w in words]

@@ -23,9 +23,9 @@ from pitotbench.units import KNOT
 
 
 def flights_json(flights: Sequence[NamedFlight], limit: Limit | str | None = AUTO) -> object:
-    """Return calibrated flights as the document of `pitotbench calibrate --json`.
+    """Return calibrated flights as the document, or list of them, of `pitotbench calibrate --json`.
 
-    Of several it is a list. `limit` as for `judgments`.
+    `limit` as for `judgments`.
     """
     documents = [
         {
@@ -126,10 +126,7 @@ def _plain(found: Any) -> dict[str, Any]:
 
 
 def flight_json(flight: CalibratedFlight) -> dict[str, Any]:
-    """Return which flight of its log a calibration is of, as plain data.
-
-    There is nothing where a log alone holds one flight.
-    """
+    """Return which flight of its log a calibration is of, as plain data; {} for the only one."""
     if flight.count == 1 and flight.joined == 1:
         return {}
     return {

@@ -57,8 +57,8 @@ _NOT_KEYS = {"on_condition_share", "seed", "flight"} | {c.key for c in CAMPAIGN_
 def keys_of(results: "pd.DataFrame", drawn: Sequence[str] = ()) -> list[str]:
     """Return the columns of results that make a row of their table of means.
 
-    They are the maneuver, the data system, the model, and all else that takes several values, but
-    for the seeds and what is `drawn` at random.
+    The maneuver, the data system, the model, and all else that takes several values, but for the
+    seeds and what is `drawn` at random.
     """
     random = tuple(f"{path}." for path in drawn)
     others = (n for n in map(str, results.columns) if not f"{n}.".startswith(random))
@@ -86,9 +86,9 @@ def _text(value: Any) -> str | None:
 
 
 def varied_columns(means: "pd.DataFrame") -> list[Column[dict[str, Any]]]:
-    """Return the columns of what varies in a table of means.
+    """Return the columns of what varies in a table of means, such as `wind.speed_kt`.
 
-    Such as `wind.speed_kt`; the maneuver, the data system and the model are in every table.
+    The maneuver, the data system and the model are in every table.
     """
     names = [n for n in map(str, means.columns) if n not in {*_NOT_KEYS, *_CHOICES}]
     numbers = {*means.select_dtypes("number")}
@@ -158,10 +158,7 @@ MOST_CONDITIONS = 6  # that have a sentence each; the table has all
 
 
 def _best(table: "pd.DataFrame", varied: Sequence[Column[dict[str, Any]]]) -> Iterator[str]:
-    """Give which maneuver has the narrowest bound, with what its truth says of it.
-
-    It is a sentence for each of the conditions that were flown.
-    """
+    """Give for each condition flown the maneuver with the narrowest bound, and its truth."""
     every: dict[str, list[dict[str, Any]]] = {}
     for row in frame_rows(table):
         every.setdefault(condition_of(row, varied), []).append(row)
@@ -171,9 +168,9 @@ def _best(table: "pd.DataFrame", varied: Sequence[Column[dict[str, Any]]]) -> It
 
 
 def _best_of(rows: Sequence[dict[str, Any]], table: "pd.DataFrame") -> str:
-    """Return the narrowest bound of some rows, narrowest first.
+    """Return in words the narrowest bound of some rows, and the narrowest that the truth bears out.
 
-    Where the truth contradicts it, the narrowest that holds is said too.
+    The rows come with the narrowest first.
     """
     first, holding = rows[0], [row for row in rows if _holds(row)]
     truth = f"twice its true rms error is {2.0 * first['curve_rms_error_kt']:.2f} kt"
@@ -217,7 +214,7 @@ _OFTEN_OUTSIDE = 0.7  # share inside ±2σ: a model below it cannot take the sha
 def _ranking(means: "pd.DataFrame") -> Iterator[str]:
     """Give what a small residual does not mean: a small bound of the curve.
 
-    It is said of one condition, for the first model.
+    Nothing where several conditions were flown; of several models the first.
     """
     table = means[means["model"] == means["model"].iloc[0]].set_index(["maneuver", "das"])
     if len(table) < 2 or not table.index.is_unique:

@@ -47,9 +47,9 @@ _TICKS = (1, 2, 3, 4, 5, 6, 8, 10, 15, 20, 30, 45, 60, 90, 120)  # min
 def minutes_panels(
     results: "pd.DataFrame", drawn: Sequence[str] = (), units: Units = BENCH
 ) -> list[Panel]:
-    """Return the bound of each maneuver and its true error over the minutes that it takes.
+    """Return each maneuver's bound and true error over its minutes, a picture a condition flown.
 
-    There is a picture for each of the conditions that were flown, for the first model.
+    The pictures are those of the first model.
     """
     table = means_of(results, drawn)
     varied = varied_columns(table)
@@ -99,10 +99,7 @@ def _draw_minutes(axes: Axes, rows: Sequence[dict[str, Any]]) -> None:
 
 
 def _name_maneuvers(axes: Axes, rows: Sequence[dict[str, Any]]) -> None:
-    """Write each maneuver with its minutes above its marks.
-
-    It stands higher where another name or its marks are in the way.
-    """
+    """Write each maneuver with its minutes above its marks, and above a name that is in the way."""
     low, high = np.log(axes.get_xlim())
     height = _LINE * axes.get_ylim()[1]
     places: dict[str, tuple[float, float]] = {}  # by maneuver: ln of the minutes, and its top
@@ -127,9 +124,9 @@ def _name_maneuvers(axes: Axes, rows: Sequence[dict[str, Any]]) -> None:
 
 
 def maneuver_curve_panels(answers: Sequence[ShortAnswer], units: Units = BENCH) -> list[Panel]:
-    """Return the correction that each maneuver found, with its bound and the truth.
+    """Return the correction that each maneuver found, with bound and truth, for each data system.
 
-    There is a picture for each data system, of the first flight of each maneuver.
+    A picture has the first flight of each maneuver.
     """
     flown = [answer for answer in answers if answer.curve]
     systems = list(dict.fromkeys(_system(answer) for answer in flown))

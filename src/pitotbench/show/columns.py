@@ -1,7 +1,4 @@
-"""The columns of a table, described once.
-
-There is one renderer each for the terminal, HTML, Markdown and JSON.
-"""
+"""The columns of a table, described once for terminal, HTML, Markdown and JSON."""
 
 import json
 import os
@@ -47,10 +44,9 @@ _SHELL_LETTERS = frozenset("&|<>^()")  # of the command prompt of Windows
 
 
 def command_line(words: Sequence[str], system: str = os.name) -> str:
-    """Return a command as it is pasted.
+    """Return a command as it is pasted into a POSIX shell, on Windows into the command prompt.
 
-    On Windows that is for its command prompt, to which `&` and others of its letters mean
-    something, elsewhere for a POSIX shell.
+    To the latter `&` and others of its letters mean something.
     """
     if system != "nt":
         return shlex.join(words)
@@ -60,7 +56,7 @@ def command_line(words: Sequence[str], system: str = os.name) -> str:
 def outside(text: str, style: str = "") -> "Text":
     """Return one line of text from outside for a rich console or table.
 
-    It has no markup, no emoji codes and no control codes.
+    Markup, emoji codes and control codes do not act in it.
     """
     from rich.text import Text
 
@@ -248,12 +244,10 @@ def _html_heading(column: Column[Row]) -> str:
 
 
 def json_text(document: object) -> str:
-    """Return a document of mappings, sequences, text and numbers as strict JSON (RFC 8259).
+    """Return a document as strict JSON (RFC 8259) that ends in a line break.
 
-    It ends in a line break.
-
-    A number that is not finite becomes null, because JSON cannot write it. Raises TypeError for
-    anything else that JSON cannot hold.
+    The document is of mappings, sequences, text and numbers. A number that is not finite becomes
+    null, because JSON cannot write it. Raises TypeError for anything else that JSON cannot hold.
     """
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
 

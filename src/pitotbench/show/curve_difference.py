@@ -20,13 +20,11 @@ _FEWEST_COMMON = 2
 
 @dataclass(frozen=True, slots=True)
 class CurveDifference:
-    """The correction of the second curve minus that of the first [m/s], (n,).
+    """The correction of one curve minus another's [m/s], (n,), at common indicated airspeeds [m/s].
 
-    It is at common indicated airspeeds [m/s].
-
-    Where it is positive, the second airspeed indicator reads lower. `two_sigma` (n,) is pointwise;
-    `simultaneous_two_sigma` (n,) holds at all airspeeds at once. Errors of the two curves are taken
-    as independent.
+    The difference is the `second` minus the `first`: where it is positive, the second airspeed
+    indicator reads lower. `two_sigma` (n,) is pointwise; `simultaneous_two_sigma` (n,) holds at all
+    airspeeds at once. Errors of the two curves are taken as independent.
     """
 
     first: str

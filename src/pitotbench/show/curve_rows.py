@@ -1,8 +1,4 @@
-"""An error curve in rows.
-
-Its table, its card for the pilot, the samples behind it, and the points of fixed-speed methods
-beside it.
-"""
+"""An error curve in rows: its table, the pilot's card, the samples, and fixed-speed points."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -71,10 +67,9 @@ _MOST_DOTS = 900  # of the samples drawn: more make a page slow
 
 
 def samples_of(result: Calibration) -> tuple[Seconds, MetersPerSecond, MetersPerSecond]:
-    """Return what at most some 900 single samples say, (n,) each.
+    """Return time [s], indicated airspeed and correction [m/s] of at most some 900 samples, (n,).
 
-    Their time [s], indicated airspeed and correction [m/s], which is the curve less the residual;
-    the middle 99 % of them.
+    A sample's correction is the curve less the residual. The outermost 1 % of them are left out.
     """
     curve, residuals = result.curve, result.residuals
     thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
@@ -105,10 +100,7 @@ GLANCE_COLUMNS: tuple[Column[CurvePoint], ...] = (
 
 
 def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
-    """Return the points of a curve at round airspeeds and at its ends.
-
-    They are few enough to be read at one glance.
-    """
+    """Return a curve's points at round airspeeds and its ends, few enough for one glance."""
     points = curve_points(curve)
     for step in _STEPS:
         inner = [p for p in points[1:-1] if round(p["indicated_airspeed_kt"] or 0.0) % step == 0]

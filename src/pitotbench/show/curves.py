@@ -122,7 +122,7 @@ def curve_marks(
 def _draw_limit(axes: Axes, limit: Limit | None, speed: Array) -> None:
     """Draw a limit that is near what is drawn.
 
-    One far beyond it would squeeze the curve to a stripe; the sentence of the rule tells its
+    A limit far beyond it would squeeze the curve to a stripe; the sentence of the rule tells its
     margin.
     """
     low, high = axes.get_ylim()
@@ -157,10 +157,7 @@ def banded(speed: Array, value: Array, bound: Array, color: str, label: str) -> 
 
 
 def parts_panels(log: FlightLog | None, result: Calibration, units: Units = BENCH) -> list[Panel]:
-    """Return the flight over time, with the parts that the calibration used in color.
-
-    There is nothing where all of it was used.
-    """
+    """Return the flight over time, the parts used in color; [] where all of it was used."""
     if log is None or not result.left_out:
         return []
     note = "Used in color, in grey what was left out: " + ", ".join(result.left_out) + "."
@@ -220,10 +217,9 @@ def point_marks(points: Sequence[FixedSpeedPoint]) -> list[Mark]:
 
 
 def bound_marks(curve: ErrorCurve, truth: MetersPerSecond | None) -> list[Mark]:
-    """Return the marks of the bounds of a curve.
+    """Return the marks of a curve's bounds: of points, of the band, for white residuals, and truth.
 
-    That of each point, the band of the whole curve, the bound for white residuals, and the true
-    error where known.
+    The truth is the absolute true error, where known.
     """
     speed, value, bound = _in_knots(curve)
     whole, white = curve.simultaneous_two_sigma / KNOT, curve.white_two_sigma / KNOT

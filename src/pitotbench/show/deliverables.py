@@ -103,10 +103,9 @@ TABLES = (".csv", ".html", ".xml")
 
 
 def _handbook(curve: ErrorCurve) -> list[Column[int]]:
-    """Return the columns for the airspeeds of a curve.
+    """Return the columns for the airspeeds of a curve, and the altimeter's where its source errs.
 
-    Those of the altimeter are there only where the static source is known to err, up to the first
-    height above the flight.
+    The static source has to be known to err. The heights go to the first above the flight.
     """
 
     def column(heading: str, unit: str, key: str, style: str, values: Array) -> Column[int]:
@@ -128,9 +127,7 @@ def _handbook(curve: ErrorCurve) -> list[Column[int]]:
 
 
 def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meters]:
-    """Return true minus indicated pressure altitude [m] and its 2σ, (n,) each.
-
-    They are at an indicated pressure altitude [m].
+    """Return true minus indicated pressure altitude [m] and its 2σ at an indicated one [m], (n,).
 
     The static source reads Δp too high, with Δp/q_c of the curve at all heights (Gracey, NASA
     RP-1046, 1980). The 2σ grows with height as the correction does.
@@ -216,13 +213,11 @@ def handbook_page(
 def jsbsim_system(
     curve: ErrorCurve | PublishedCurve, subject: str, doubts: Sequence[str] = ()
 ) -> str:
-    """Return a JSBSim system whose airspeed indicator reads as the airplane's.
+    """Return a JSBSim system whose airspeed indicator reads as the airplane's, by a curve.
 
-    It does so by a measured or published curve: the indicated airspeed by the calibrated one. The
-    doubts stand in its comment.
-
-    Beyond the curve the outer correction stays. Raises BadInputError where an indicated airspeed
-    belongs to two calibrated ones.
+    The curve, measured or published, gives the indicated airspeed by the calibrated one; beyond it
+    the outer correction stays. The doubts stand in the system's comment. Raises BadInputError where
+    an indicated airspeed belongs to two calibrated ones.
     """
     indicated = curve.indicated_airspeed / KNOT
     calibrated = indicated + curve.correction / KNOT
@@ -267,12 +262,10 @@ def table_text(
     doubts: Doubts = _NONE,
     made: Provenance | None = None,
 ) -> str:
-    """Return the curves of the configurations in the form that a file's suffix asks for.
+    """Return the configurations' curves in the form of a suffix: .csv, .html or .xml (JSBSim).
 
-    That is .csv, .html or .xml (JSBSim); `made` names the airplane and the day.
-
-    Raises BadInputError for an .xml of several configurations: the simulator has one airspeed
-    indicator.
+    `made` names the airplane and the day. Raises BadInputError for an .xml of several
+    configurations: the simulator has one airspeed indicator.
     """
     made = made or _UNKNOWN
     if suffix == ".csv":

@@ -111,9 +111,9 @@ def track_marks(flight: Flight) -> list[Mark]:
 
 
 def _draw_wind(axes: Axes, flight: Flight) -> None:
-    """Draw an arrow outside the axes, where it hides no track.
+    """Draw the wind as an arrow outside the axes, where it hides no track.
 
-    Its length does not depend on the wind.
+    Its length does not depend on the wind, whose speed is written beside it.
     """
     wind = flight.case.wind
     if wind.speed <= 0.0:

@@ -88,10 +88,7 @@ BIN = 4.0  # s: long enough to average the sensor noise, short enough for the ph
 
 
 def map_panels(found: GapMap, _: Units = BENCH) -> list[Panel]:
-    """Return the map of the remaining gap first, then that without the named effects.
-
-    Both have one scale.
-    """
+    """Return the map of the remaining gap, then that without the named effects, on one scale."""
     scale = max(2.0 * found.threshold, float(np.nanmax(np.abs(found.before))))
     note = (
         f"Flights without an effect stay below {found.threshold:.1f}σ; cells above it are framed. "
@@ -190,9 +187,9 @@ def trace_panels(
 
 
 def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
-    """Return the channels that the patch changes visibly, the clearest first.
+    """Return the channels that the patch changes visibly, else those of the gap.
 
-    Without a patch they are those of the gap.
+    The clearest change comes first.
     """
     clear: dict[
         str, float
@@ -269,10 +266,7 @@ BAND = 2.0  # standard deviations of the noise band
 
 
 def telling_panels(telling: TellingChannel, units: Units = BENCH) -> list[Panel]:
-    """Return the telling channel over time and over a variable, and the ground track.
-
-    They are in the units of the field.
-    """
+    """Return the telling channel over time and a variable, and the ground track, in field units."""
     shown = (
         CHANNELS[telling.channel]
         if telling.mass is not None

@@ -337,12 +337,10 @@ def remaining_features(features: Sequence[Feature]) -> list[Feature]:
 
 
 def features_limit(features: Sequence[Feature]) -> float:
-    """Return how far the largest of some characteristic numbers is off by chance.
+    """Return by how many deviations the largest of some features is off in one card of twenty.
 
-    It is in deviations, and exceeded in one card of twenty.
-
-    The deviation is that of a few flights, so the numbers are Student's; there are many of them
-    (Bonferroni 1936).
+    By chance alone. The deviation is that of a few flights, so the numbers are Student's; there are
+    many of them (Bonferroni 1936).
     """
     least = min((f.freedom for f in features), default=1)
     return float(stdtrit(least, 1.0 - 0.5 * BY_CHANCE / max(len(features), 1)))

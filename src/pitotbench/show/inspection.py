@@ -295,10 +295,7 @@ _SAID = {  # by figure, its words in the sentence
 
 
 def performance_tree(found: Performance) -> list[Node]:
-    """Return the performance of an aircraft.
-
-    Its handbook stands beside it where there is one, and what was left out.
-    """
+    """Return the tree of an aircraft's performance, with its handbook's and what was left out."""
     picture = Figure("pitotbench.show.inspection_panels.performance_panels", (found,))
     tables = (
         Table(PERFORMANCE_COLUMNS, found.figures, "every figure"),

@@ -1,6 +1,6 @@
 """The pictures of a log, and of an aircraft's performance.
 
-Of a log: speeds, height and track over time, the tracks flown, and the bound to expect.
+A log has speeds, height and track over time, the tracks flown, and the bound to expect.
 """
 
 import numpy as np

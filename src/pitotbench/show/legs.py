@@ -229,9 +229,9 @@ PLAN_COLUMNS: tuple[Column[HandPlan], ...] = (
 def chosen_plan(
     plans: Sequence[HandPlan], want: float | None, minutes: float | None
 ) -> HandPlan | None:
-    """Return the shortest card with the wanted bound [m/s].
+    """Return the shortest card with the wanted bound [m/s] in the minutes, None without one.
 
-    Else it is the best within the minutes, else the best of all.
+    Without a wanted bound, the best within the minutes; without minutes the best of all.
     """
     fitting = [plan for plan in plans if minutes is None or plan.minutes <= minutes]
     if want is not None:
@@ -285,10 +285,7 @@ def hand_plan_json(plans: Sequence[HandPlan], chosen: HandPlan | None) -> dict[s
 
 
 def card_sheet(plan: HandPlan | None = None) -> str:
-    """Return the HTML of a sheet to fill in, which prints on one page.
-
-    It is empty, or has the legs that a plan asks for.
-    """
+    """Return the HTML of a one-page sheet to fill in, empty or with the legs of a plan."""
     legs, asked = 4, [""] * 24
     if plan is not None:
         legs = plan.legs

@@ -72,10 +72,7 @@ _RULES = {
 
 @dataclass(frozen=True, slots=True)
 class Margin:
-    """The smallest distance to a limit with its unit, and its indicated airspeed [kt].
-
-    It is negative beyond the limit.
-    """
+    """The smallest distance to a limit, negative beyond it, and its indicated airspeed [kt]."""
 
     size: float
     unit: str
@@ -144,10 +141,9 @@ def limit_named(text: str) -> Limit | str | None:
 
 
 def limit_for(result: Calibration, limit: Limit | str | None = AUTO) -> Limit | None:
-    """Return the limit that judges a curve.
+    """Return the limit that judges a curve: the one given, else FAR 23 or 25 by the Mach number.
 
-    It is the one given, else by the Mach number FAR 23 or 25 for an airplane's speeds. Both are
-    rules of airplanes: none judges a drone or a glider.
+    Both are rules of airplanes, for their speeds: none judges a drone or a glider.
     """
     if not isinstance(limit, str):
         return limit

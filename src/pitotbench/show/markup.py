@@ -70,10 +70,7 @@ def environment() -> Environment:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part of a page.
-
-    Its anchor, the group and the title in the page's index, its short answer, its HTML.
-    """
+    """A part of a page: its anchor, group and title in the index, its short answer and its HTML."""
 
     anchor: str
     group: str

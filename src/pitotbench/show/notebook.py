@@ -50,10 +50,9 @@ _WIDER = 1.5  # times a panel of a page
 
 
 def in_one_line(record: object) -> str:
-    """Return the record in one line of text.
+    """Return the record in one line of text: its first sentence and first doubt in tree order.
 
-    It is its first sentence and its first doubt, in the order of its tree. Raises TypeError for a
-    record without one.
+    Raises TypeError for a record without a tree.
     """
     nodes = [*nodes_in(_view_of(record, _TREES, "view in a notebook")(record), ANSWER)]
     firsts: dict[type, str] = {}

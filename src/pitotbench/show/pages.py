@@ -159,11 +159,8 @@ def flight_section(
 ) -> Section:
     """Return the section of a simulated flight as one data system (`20/1`) recorded it.
 
-    It is in the reader's units.
-
     `truth`: true correction [m/s] by model. `tolerances`: see `flight_panels`; None where another
-    section draws the
-    flight itself.
+    section draws the flight itself. The section is in the reader's `units`.
     """
     maneuver = flight.case.maneuver.replace("_", " ")
     answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
@@ -184,7 +181,7 @@ def log_section(
     settings: AutopilotSettings | None = None,
     units: Units = BENCH,
 ) -> Section:
-    """The section of a log that was read from a file, or of a flight of it, in the reader's units.
+    """Return the section of a log from a file, or of a flight of it, in the reader's units.
 
     Its group says whether a simulator made the log. The rest as for `calibration_tree`.
     """

@@ -1,7 +1,4 @@
-"""A plan in numbers and sentences.
-
-One row a maneuver in order of merit, the advice, the improved card.
-"""
+"""A plan in numbers and sentences: a row a maneuver by merit, the advice, the improved card."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -56,9 +53,9 @@ def plan_advice(plan: Plan) -> list[str]:
 
 
 def _sooner(plan: Plan, best: Forecast, want: float) -> list[str]:
-    """Return which maneuver would give the wanted bound in less time.
+    """Return which maneuver would give the wanted bound sooner, were one not over the minutes.
 
-    It would, were one of it not longer than the minutes of the request.
+    The minutes are those of the request.
     """
     others = (f for f in plan.forecasts if f.fits(plan.box) and not f.ends_in(plan.minutes))
     first = min(others, key=lambda f: f.times_for(want) * f.minutes, default=best)
@@ -97,7 +94,7 @@ _AS_LONG = 1.1  # times the minutes of the best: a maneuver within its spread th
 
 
 def plan_columns(plan: Plan) -> list[Column[Forecast]]:
-    """The columns of a plan's forecasts.
+    """Return the columns of a plan's forecasts.
 
     Those of a wanted bound are shown only where one was asked for.
     """
@@ -211,10 +208,7 @@ def _round(value: float, unit: float = 1.0) -> float:
 
 
 def _bank_words(leg: BriefedLeg) -> str:
-    """Return the bank of a leg and the angle that it turns through.
-
-    Such as `45° right, 3 turns and 70°`.
-    """
+    """Return a leg's bank and the angle it turns through, as in `45° right, 3 turns and 70°`."""
     bank = _round(leg.bank, DEGREE)
     if not bank:
         return "level"

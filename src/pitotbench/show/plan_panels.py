@@ -40,9 +40,9 @@ _SQUARE = (3.8, 3.6)  # in
 
 
 def bounds_panels(plan: Plan, units: Units = BENCH) -> list[Panel]:
-    """Return the pictures of a plan, a row a card.
+    """Return the pictures of a plan, a row a card: bound flown once, minutes to a wanted one.
 
-    Its bound flown once, and the minutes for the wanted one where there is one.
+    The second is drawn only where a bound is wanted.
     """
     rows = _rows(plan)
     size = (WIDE[0], 0.9 + _ROW * len(rows))
@@ -121,10 +121,9 @@ def _named_dots(
     texts: Sequence[str],
     spreads: Sequence[float] | None = None,
 ) -> list[Mark]:
-    """Return a dot a card in a row of its own, with a text beside it.
+    """Return a dot a card in a row with its name, and a text beside the dot.
 
-    Its name stands at the axis; it is hollow where the card does not fit into the minutes or the
-    box of the request.
+    A dot is hollow where the card does not fit into the minutes or the box of the request.
     """
     marks: list[Mark] = []
     for row, each in enumerate(rows):

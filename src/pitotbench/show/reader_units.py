@@ -1,4 +1,4 @@
-"""The units of the reader: what is written in kt, ft, °C and inHg, in the units that he thinks in.
+"""The units of the reader: what is written in kt, ft, °C and inHg, in the units that they read.
 
 A number is translated as it is written, with its digits, so that no two voices of an answer differ
 in a digit. Files of data keep the units of their keys.
@@ -40,9 +40,9 @@ _NUMBERS = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """The suffixes of the reader's units, and who chose them.
+    """The suffixes of the reader's units of speed, length, temperature and pressure.
 
-    They are of speed, length, temperature and pressure; `default`, `stated` or a file chose them.
+    `source` says who chose them: `default`, `stated` or a file.
     """
 
     speed: str = "kt"
@@ -69,10 +69,7 @@ class Units:
         return [*columns] if self == BENCH else [self._column(each) for each in columns]
 
     def scale(self, unit: str) -> tuple[float, str]:
-        """Return how many of the reader's units one of the bench's is, and the symbol.
-
-        Of another unit it is 1.
-        """
+        """Return the reader's units in one of the bench's, and the symbol; 1 for other units."""
         written, read, _ = self._units(unit)
         return written.factor / read.factor, read.symbol or unit
 
@@ -122,10 +119,9 @@ BENCH = Units()
 def reader_units(stated: str = "") -> Units:
     """Return the units that are stated, such as `km/h,m`, else the user's own.
 
-    These are on the line `units` of the user's configuration: `pitotbench.toml` in the folder of
-    the system for it, or the file that the variable PITOTBENCH_CONFIG names.
-
-    Raises BadInputError for words that are no units, and for a file that is not TOML.
+    The user's own are on the line `units` of the configuration: `pitotbench.toml` in the folder of
+    the system for it, or the file that the variable PITOTBENCH_CONFIG names. Raises BadInputError
+    for words that are no units, and for a file that is not TOML.
     """
     path = Path(
         os.environ.get("PITOTBENCH_CONFIG")

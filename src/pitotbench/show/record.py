@@ -1,7 +1,4 @@
-"""The record for the file, of a calibration and of a reconciliation.
-
-That of a reconciliation is in the order of a qualification test.
-"""
+"""The record for the file, of a calibration, and of a reconciliation as a qualification test."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -137,10 +134,7 @@ WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
 
 
 def flights_checks(flights: Sequence[Calibration]) -> list[Check]:
-    """Return the checks of flights with one curve.
-
-    Of several, each is that of the flight where it is worst.
-    """
+    """Return the checks of flights with one curve, each that of the flight where it is worst."""
     found = [
         [
             replace(c, why=f"flight {n}: {c.why}")

@@ -74,10 +74,9 @@ def plain_table(
 def plain_of(
     nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS
 ) -> list[dict[str, Any]]:
-    """Return an answer as texts by the kinds of its nodes down to a depth.
+    """Return an answer as texts by the kinds of its nodes down to a depth, for the page.
 
-    It is for a page that draws the pictures and gives the files itself: of these the place alone is
-    printed.
+    The page draws the pictures and gives the files itself: of these the place alone is printed.
     """
     return [
         {"kind": type(node).__name__.lower(), "first": getattr(node, "first", False)}

@@ -83,10 +83,10 @@ def panel(
     legend_columns: int = 3,
     units: Units = BENCH,
 ) -> Panel:
-    """Return a panel of a size [in] with the axes that `draw` fills.
+    """Return a panel of a size [in] with the axes that `draw` fills, several below one another.
 
-    They are filled in the units of the bench and read in those of the reader, several below one
-    another; labeled artists go to a legend above the data.
+    The axes are filled in the units of the bench and read in those of the reader; labeled artists
+    go to a legend above the data.
     """
     draws = draw if isinstance(draw, Sequence) else [draw]
     with stacked(draws, size, legend_columns, units) as figure:
@@ -169,9 +169,9 @@ def stacked(
     legend_columns: int,
     units: Units = BENCH,
 ) -> Iterator[Figure]:
-    """Give the figure of several axes, one below the other.
+    """Give the figure of axes one below the other, with one range of x and one legend.
 
-    They have one range of x and one legend without repetitions.
+    The legend has no repetitions.
     """
     with canvas(len(draws), 1, *size) as (figure, every):
         named: dict[str, Artist] = {}

@@ -1,8 +1,8 @@
 """An answer as a tree: its parts in the order in which they are read, made once for all voices.
 
 One function a kind of answer makes the tree from the answer's record, and the renderers walk it:
-the terminal, a page, a record, a notebook. A renderer leaves out nodes by their kind or depth, never by
-what they say; a doubt is in all of them. Loads no drawing library.
+the terminal, a page, a record, a notebook. A renderer leaves out nodes by their kind or depth,
+never by what they say; a doubt is in all of them. Loads no drawing library.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -73,9 +73,9 @@ FEATURE_COLUMNS: tuple[Column[Feature], ...] = (
 
 
 def noticed(features: tuple[Feature, ...]) -> list[Feature]:
-    """Return the features that differ by more than two flights of one airplane by chance.
+    """Return the features that differ, with or without the patch, by more than chance.
 
-    They do so with or without the patch.
+    Chance is what two flights of one airplane differ by.
     """
     limit = features_limit(features)
     return [

@@ -304,9 +304,9 @@ def account_page(account: Account, units: Units = BENCH) -> str:
 
 
 def reconciliation_record(account: Account, made: Provenance, units: Units = BENCH) -> str:
-    """Return the record of a reconciliation, in the order of a qualification test.
+    """Return the record of a reconciliation, in the order of a qualification test, with the checks.
 
-    It goes from objective to statement, and has the checks.
+    The order leads from objective to statement.
     """
     lines = [
         f"Card of {each.log}: {words(each.maneuver or 'not known')}" for each in account.flights

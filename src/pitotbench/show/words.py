@@ -29,9 +29,9 @@ def capital(text: str) -> str:
 
 
 def name_and_unit(name: str) -> tuple[str, str]:
-    """The name without its suffix as words, and the unit of the suffix, empty for a bare number.
+    """Return a name without its suffix as words, and the suffix's unit, "" for a bare number.
 
-    Of a rate such as `shift_pa_per_k` the unit is `Pa per K`.
+    The unit of a rate such as `shift_pa_per_k` is `Pa per K`.
     """
     first, _, last = name.rpartition("_per_")
     if first and last in SYMBOLS:

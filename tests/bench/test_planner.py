@@ -360,12 +360,13 @@ def test_a_page_and_a_case_are_written(written):
     assert code == DONE
     page = (folder / "plan.html").read_text(encoding="utf-8")
     axes = ("mean ±2σ of the curve [kt]", "north [nmi]")
-    for text in ("the minutes recorded", *axes, "figure eight"):
+    case = read_case(folder / "plan.toml")
+    best = f"Fly the {case.maneuver.replace('_', ' ')}"
+    for text in ("the minutes recorded", *axes, "figure eight", best):
         assert text in page
     assert "log scale" not in page
     assert "http" not in page.replace("http://www.w3.org", "")
-    assert read_case(folder / "plan.toml").maneuver == "figure_eight"
-    assert read_case(folder / "plan.toml").turbulence == "light"
+    assert case.turbulence == "light"
 
 
 def test_the_document_has_units_and_the_ranking(capsys):

@@ -133,7 +133,9 @@ def forecast(request: PlanRequest, maneuver: str, card: CardChanges | None = Non
     the answer.
     """
     flight = smooth_flight(request, maneuver, card)
-    bounds = np.stack([_drawn(request, flight, seed) for seed in range(1, 1 + request.draws)])
+    drawn = (with_gusts(flight, request.base.turbulence, n + 1) for n in range(request.draws))
+    logs = [sense(each, request.das) for each in drawn]
+    bounds = two_sigma_in_gusts(logs, *_expected(request), request.airspeeds)
     return Forecast(
         maneuver=maneuver,
         card=dict(card or {}),
@@ -184,7 +186,16 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
 
     The noise is known: the bound is that of the information matrix.
     """
-    das = request.das
+    return expected_two_sigma(sense(flight, request.das), *_expected(request), request.airspeeds)
+
+
+def _expected(request: PlanRequest) -> tuple[CalibrationOptions, Array, ExpectedNoise]:
+    """Return options with the expected place of the error, the wind toward north and east, the noise.
+
+    The calibrator finds the place from the height, or assumes the published one: to leave it open
+    moves the bound by at most 0.3 %, and takes half as long again.
+    """
+    das, location = request.das, request.options.error_location
     noise = ExpectedNoise(
         gust_deviation=gust_deviation(request.base),
         gust_length=MEAN_LENGTH,
@@ -193,27 +204,7 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
         height_white=das.altitude_noise,
         height_walk=das.velocity_noise / das.gps_rate**0.5,
     )
-    options, wind = _expected(request)
-    return expected_two_sigma(sense(flight, das), options, wind, noise, request.airspeeds)
-
-
-def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
-    """Return the calibrator's 2σ [m/s] at the request's airspeeds for one draw.
-
-    Gusts and sensor noise are drawn. Raises NoAnswerError where they hide the curve.
-    """
-    log = sense(with_gusts(flight, request.base.turbulence, seed), request.das)
-    return two_sigma_in_gusts(log, *_expected(request), request.airspeeds)
-
-
-def _expected(request: PlanRequest) -> tuple[CalibrationOptions, Array]:
-    """Return the options with the expected place of the error, and the wind toward north and east.
-
-    The calibrator finds the place from the height, or assumes the published one: to leave it open
-    moves the bound by at most 0.3 %, and takes half as long again.
-    """
-    location = request.options.error_location
     if location == AUTO:
         location = request.base.pressure_error.location
     wind = np.array(wind_toward(request.base.wind)[:2])
-    return replace(request.options, error_location=location), wind
+    return replace(request.options, error_location=location), wind, noise

@@ -11,6 +11,7 @@ from dataclasses import replace
 from math import sqrt
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from pitotbench import air
 from pitotbench.effects.air import LENGTH as LENGTH_FT
@@ -86,14 +87,14 @@ def _dryden(time: Array, rate: Array, rng: np.random.Generator) -> tuple[Array, 
         first[1:] / np.sqrt(left_x),
         np.sqrt(np.maximum(left_y - left_xy * left_xy / left_x, 0.0)),
     )
-    x, y = float(first[0]), float(0.5 * first[0] + 0.5 * second[0])
-    found = [(x, y)]
-    # Lists, because a number of an array takes far longer to reckon with than a number of Python's
-    # own.
-    pushes = (decay, step, left_x * common, left_xy * common + own * second[1:])
-    for keep, share, push_x, push_y in zip(*(each.tolist() for each in pushes), strict=True):
-        x, y = keep * x + push_x, keep * (y + share * x) + push_y
-        found.append((x, y))
-    states = np.array(found)
-    lateral = (sqrt(3.0) * states[:, 0] + (1.0 - sqrt(3.0)) * states[:, 1]) / sqrt(2.0)
-    return states[:, 0], lateral
+    x = _recursion(decay, float(first[0]), left_x * common)
+    start = float(0.5 * first[0] + 0.5 * second[0])
+    y = _recursion(decay, start, decay * step * x[:-1] + left_xy * common + own * second[1:])
+    lateral = (sqrt(3.0) * x + (1.0 - sqrt(3.0)) * y) / sqrt(2.0)
+    return x, lateral
+
+
+def _recursion(decay: Array, start: float, pushes: Array) -> Array:
+    """Return x with x₀ the start and xₖ = decayₖ xₖ₋₁ + pushₖ, (n + 1,)."""
+    bands = np.stack([np.ones(len(decay) + 1), np.append(-decay, 0.0)])
+    return np.asarray(solve_banded((1, 0), bands, np.append(start, pushes)))

@@ -6,16 +6,21 @@ of the receiver's height are given. The calibration estimates them, and its boun
 log in gusts that are drawn, it is the fit's own, without the checks of a measured log.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.altitude import altitude_rows
-from pitotbench.calibration.covering import covariance_given
+from pitotbench.calibration.covering import (
+    FirstPass,
+    covariance_given,
+    final_pass,
+    posterior_of,
+)
 from pitotbench.calibration.covering_problem import Structure, wind_scale
 from pitotbench.calibration.fit_checks import USELESS, require_observable
-from pitotbench.calibration.location import fit_located
 from pitotbench.calibration.nuisances import nuisances_of, with_signs
 from pitotbench.calibration.observations import (
     Observations,
@@ -77,60 +82,63 @@ def expected_two_sigma(
     seen by the altitude equation too, where the log has its height. A wind that drifts does so by
     its usual size.
     """
-    options, obs, structure = _problem(log, options)
-    rows = None
-    if structure.model.static_error and options.use_altitude:
-        rows = altitude_rows(log, obs, options, wind)
-    structure = replace(structure, altitude=rows)
-    phi = np.log([max(noise.gust_deviation, _LEAST), noise.gust_length, noise.white_deviation])
-    if structure.drifting:
-        phi = np.append(phi, np.log(wind_scale(structure, obs)))
-    if rows is not None:
-        third = noise.height_white if rows.tie is None else noise.height_walk
-        phi = np.append(
-            phi, np.log(np.maximum([noise.height_deviation, noise.height_memory, third], _LEAST))
-        )
-    theta = _without_error(structure, wind)
-    covariance = covariance_given(structure, obs, divide(obs, block_length(obs)), theta, phi)
+    structure, obs, near = _problem(log, options, wind, noise)
+    blocks = divide(obs, block_length(obs))
+    covariance = covariance_given(structure, obs, blocks, near.theta, near.noise)
     known = np.zeros(len(covariance))
-    known[: len(theta)] = theta
+    known[: len(near.theta)] = near.theta
     answer = Posterior(np.ones(1), known[None], covariance[None])
     return _two_sigma(structure, answer, indicated_airspeed)
 
 
 def two_sigma_in_gusts(
-    log: FlightLog, options: CalibrationOptions, wind: Array, indicated_airspeed: MetersPerSecond
-) -> MetersPerSecond:
-    """Compute 2σ of the curve at indicated airspeeds, (c,) [m/s], where the noise is estimated.
+    logs: Sequence[FlightLog],
+    options: CalibrationOptions,
+    wind: Array,
+    noise: ExpectedNoise,
+    indicated_airspeed: MetersPerSecond,
+) -> Array:
+    """Compute 2σ of the curve at indicated airspeeds, (logs, c) [m/s], where the noise is estimated.
 
-    Parameters as of `expected_two_sigma`, with a log of the flight in gusts. It is the bound of
-    `calibrate` by the covering method, from a start that is known: no error, and the wind. Faulty
-    rows are not looked for. Raises NoAnswerError where the log does not determine the answer.
+    Parameters as of `expected_two_sigma`, with logs of one flight in gusts. It is the bound of
+    `calibrate` by the covering method: its last pass, linearized at the answer of the log before.
+    The first log is fitted twice, at first from no error and the noise that is expected. Faulty
+    rows are not looked for. Raises NoAnswerError where a log does not determine the answer.
     """
-    options, obs, structure = _problem(log, options)
+    bounds, near = list[Array](), None
     with one_thread():
-        found = fit_located(log, options, structure, obs, _without_error(structure, wind))
-    bound = _two_sigma(found.structure, found.answer, indicated_airspeed)
-    if not np.median(bound) <= USELESS:  # nor NaN
+        for log in (logs[0], *logs):
+            structure, obs, start = _problem(log, options, wind, noise)
+            fit = final_pass(structure, obs, near or start)
+            answer = posterior_of(fit)
+            near = FirstPass(answer.mean[: structure.model.count], fit.likely.noise, (), fit.path)
+            bounds.append(_two_sigma(structure, answer, indicated_airspeed))
+    if not np.max(np.median(bounds, axis=1)) <= USELESS:  # nor NaN
         raise NoAnswerError("the maneuver does not determine the curve in these gusts")
-    return bound
+    return np.stack(bounds[1:])
 
 
 def _problem(
-    log: FlightLog, options: CalibrationOptions
-) -> tuple[CalibrationOptions, Observations, Structure]:
-    """Return the options with the accuracies and priors of a log, its rows, and the problem."""
+    log: FlightLog, options: CalibrationOptions, wind: Array, noise: ExpectedNoise
+) -> tuple[Structure, Observations, FirstPass]:
+    """Return the problem of a log, its rows, and what is expected: no error, the wind, the noise."""
     stated = accuracies_of(options.accuracies, log.header)
     options = replace(options, accuracies=stated, priors=priors_of(options.priors, log.header))
     obs = observe(log, options)
     model = model_of(options, scale_of([obs]))
     require_observable(model, obs)
+    seen = model.static_error and options.use_altitude
+    rows = altitude_rows(log, obs, options, wind) if seen else None
     drifting, priors = wind_drifts(options, obs), priors_of(options.priors)
-    return options, obs, Structure(model, nuisances_of(options, obs), drifting, priors)
-
-
-def _without_error(structure: Structure, wind: Array) -> Array:
-    return np.concatenate([np.zeros(structure.model.error_count), wind])
+    structure = Structure(model, nuisances_of(options, obs), drifting, priors, rows)
+    levels = [noise.gust_deviation, noise.gust_length, noise.white_deviation]
+    if structure.drifting:
+        levels.append(wind_scale(structure, obs))
+    if rows is not None:
+        third = noise.height_white if rows.tie is None else noise.height_walk
+        levels += [noise.height_deviation, noise.height_memory, third]
+    theta = np.concatenate([np.zeros(model.error_count), wind])
+    return structure, obs, FirstPass(theta, np.log(np.maximum(levels, _LEAST)), ())
 
 
 def _two_sigma(

@@ -73,7 +73,7 @@ USUAL_ACCURACIES: dict[str, float] = {
     "total_source": 0.01,  # of the impact pressure, of a pitot tube
 }
 
-SEARCH_FLIGHTS = 40  # by which `plan` improves the best card
+SEARCH_FLIGHTS = 30  # by which `plan` improves the best card
 
 
 _VIEWS = "pitotbench.show.notebook"  # by name, as the table of commands names its modules

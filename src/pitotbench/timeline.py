@@ -1,13 +1,11 @@
-"""Examine the time base of a log.
-
-Tell where samples are missing, where the recording paused, and which GPS fixes are new.
+"""Examine the time base of a log: missing samples, pauses, and which GPS fixes are new.
 
 A stretch is a part of a log between two breaks. There are two kinds of break:
 
-  - A *gap* (`gaps`): at least one sample is missing. A calculation that needs a uniform step, such
-  as a digital filter, must start anew there.
-  - A *pause* (`pauses`): the airplane moved unobserved for so long that nothing may be interpolated
-  across it. A few lost samples are not a pause: a straight line or a spline bridges them.
+- A *gap* (`gaps`): at least one sample is missing. A calculation that needs a uniform step, such
+as a digital filter, must start anew there.
+- A *pause* (`pauses`): the airplane moved unobserved for so long that nothing may be interpolated
+across it. A few lost samples are not a pause: a straight line or a spline bridges them.
 
 An *outage* (`in_outage`) is a part of a log in which rows go on, but one sensor repeats its last
 sample.
@@ -86,10 +84,7 @@ def _holds(time: Seconds, fresh: Booleans) -> tuple[Seconds, Indices]:
 
 
 def stretches(time: Seconds, breaks: Indices) -> list[slice]:
-    """Return the rows of each stretch.
-
-    `breaks` are the rows that begin a new stretch, from `gaps` or `pauses`.
-    """
+    """Return the rows of each stretch, which `breaks` from `gaps` or `pauses` begin."""
     ends = [0, *(int(row) for row in breaks), len(time)]
     return [slice(first, end) for first, end in pairwise(ends)]
 

@@ -92,9 +92,9 @@ def facts_among(choices: dict[str, Any]) -> dict[str, Any]:
 
 
 def _names_to_give(table: "Table") -> str:
-    """Return what to call the columns of a table in memory.
+    """Return what to call a table's columns, as names and values tell it; "" where they do not.
 
-    Names and values tell it; empty where they tell nothing.
+    The table is one in memory.
     """
     from pitotbench.logbook.drafting import draft_mapping
     from pitotbench.units import SYMBOLS
@@ -264,10 +264,7 @@ Source = tuple[str, OneLog, FlightLog | None]
 
 
 def provenance_of(sources: Iterable[Source], choices: Iterable[Choice]) -> Provenance:
-    """Return the provenance of an answer made now.
-
-    Inputs with their digests, choices, versions, and the date.
-    """
+    """Return the provenance of a new answer: inputs with digests, choices, versions, and date."""
     date = datetime.now(UTC).strftime("%Y-%m-%d")
     return Provenance(
         tuple(_input_of(*each) for each in sources), tuple(choices), _versions(), date

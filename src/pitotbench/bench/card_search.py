@@ -59,10 +59,7 @@ class FreeNumber:
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """The result of a search.
-
-    The card's changed numbers (keys with units), and the number of flights.
-    """
+    """The result of a search: the card's changed numbers, keys with units, and flights flown."""
 
     maneuver: str
     card: CardChanges
@@ -95,7 +92,7 @@ def best_card(
 ) -> Search:
     """Search the card of a maneuver with the smallest bound in at most so many `minutes`.
 
-    So many `flights` are flown for it, by the simplex of Nelder and Mead (1965) on the logarithms
+    The search flies so many `flights`, by the simplex of Nelder and Mead (1965) on the logarithms
     of the free numbers. A card that cannot be flown, does not determine the answer or leaves the
     box gets the cost `_UNFLYABLE`. A card that takes longer than `minutes` pays for the overtime.
     `step` is called after each flight. Raises BadInputError where the maneuver has no free number.

@@ -158,10 +158,10 @@ def _to_patch(judged: Judged, whole: float, chosen: str) -> list[Gap]:
 
 
 def _gained(judged: Judged, names: Sequence[str], chosen: str) -> float:
-    """Return the fall of the sum of squares of the log with the largest gap by some causes.
+    """Return what some causes close of the log with the largest gap, as sums of squares.
 
-    Only as far as it holds in parts of the logs to which the sizes were not fitted. Causes that
-    share a gap close it together; the rivals of the chosen one take no part.
+    The fall counts as far as it holds in parts of the logs to which the sizes were not fitted.
+    Causes that share a gap close it together; the rivals of the chosen one take no part.
     """
     fitted, block = judged.fitted, largest_gap(judged.shown).block
     rivals = {c.name for g in judged.verdict.gaps for c in with_choice(g, chosen).causes[1:]}

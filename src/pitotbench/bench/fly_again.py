@@ -42,9 +42,9 @@ SEED = 760_001  # truth and sensor seeds count up from here
 def fly_again(
     log: FlightLog | Maneuvers, card: Case | None, effects: Sequence[EffectSpec]
 ) -> FlownAgain:
-    """Compare a log with its card as the simulator flies it, without and with effects.
+    """Compare a log with its card as the simulator flies it, in the log's wind.
 
-    The wind is that of the log.
+    The card is flown without the effects and with them.
 
     Where the airplane of the log moves to and fro as under another hand than that of the card, in
     gusts of the same strength, the card is flown by the pilot whose hand is nearest in one flight

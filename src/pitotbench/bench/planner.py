@@ -23,9 +23,7 @@ def plan(
     search_flights: int = SEARCH_FLIGHTS,
     step: Callable[[], None] = lambda: None,
 ) -> Plan:
-    """Predict the 2σ bound of every maneuver of a request, and choose what to fly.
-
-    The card of the chosen maneuver is improved.
+    """Predict the 2σ bound of a request's maneuvers, choose what to fly, and improve its card.
 
     A case stands for the request of what it expects, with its own data system. The search for a
     better card uses `search_flights` simulated flights, none where it is 0. `step` is called after

@@ -1,7 +1,4 @@
-"""Write the verdict, the patch and the report to a folder.
-
-Keep the patched aircraft under a name.
-"""
+"""Write verdict, patch and report to a folder, and keep the patched aircraft under a name."""
 
 from collections.abc import Mapping
 from pathlib import Path

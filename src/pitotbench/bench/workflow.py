@@ -75,10 +75,7 @@ class NamedLog:
 
 @dataclass(frozen=True, slots=True)
 class JudgedLog:
-    """A log that was prepared, with its null distribution and the case that was flown.
-
-    The case is None without a card.
-    """
+    """A prepared log with its null distribution, and the case flown, None without a card."""
 
     name: str
     log: FlightLog | Maneuvers
@@ -211,9 +208,9 @@ def _judged(
 
 @dataclass(frozen=True, slots=True)
 class FullReconciliation:
-    """The reconciliation of one or several logs.
+    """The reconciliation of logs: the answer, what it follows from, its account and its patch.
 
-    The answer with what it follows from, its account for a report, and its patch.
+    The account is for a report.
 
     It shows itself in a notebook as its account does: in words, as a picture and as a table of the
     causes. `logs` are those that were judged. `provenance`: the files and the choices behind the
@@ -275,10 +272,7 @@ class FullReconciliation:
         return self.account.to_frame()
 
     def plot(self, axes: Any = None) -> Any:
-        """Draw the probabilities of the causes; return the figure.
-
-        They are drawn on matplotlib's axes, or in a new figure.
-        """
+        """Draw the causes' probabilities on matplotlib's axes or new ones; return the figure."""
         return self.account.plot(axes)
 
     def _repr_html_(self) -> str:
@@ -493,7 +487,7 @@ def entries(patch: Patch) -> tuple[EffectSpec, ...]:
 def bounds_of(gaps: Sequence[Gap]) -> dict[str, dict[str, float]]:
     """Return 2σ of the sizes of each gap's first cause, by effect and parameter.
 
-    In the units of the effects table.
+    The units are those of the effects table.
     """
     bounds: dict[str, dict[str, float]] = {}
     for cause in (gap.causes[0] for gap in gaps if gap.causes):

@@ -29,9 +29,9 @@ _POLICY = (  # of the page; scripts are those of this server and those that bear
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """How a browser proves that it may use the page.
+    """How a browser proves that it may use the page: port, `token` in its address, then a cookie.
 
-    The port of the page, the secret that is in its address, and the one that is then in a cookie.
+    The cookie holds the `secret`.
     """
 
     port: int
@@ -124,10 +124,7 @@ class _Headers(OutputTransform):
 
 
 class Guarded(BokehTornado):  # type: ignore[misc]
-    """Bokeh's application behind one gate.
-
-    Every request goes through it, also that of the websocket.
-    """
+    """Bokeh's application behind one gate for every request, also the websocket's."""
 
     def __init__(self, applications: Any, access: Access, **settings: Any) -> None:
         super().__init__(

@@ -116,7 +116,7 @@ def own_folder() -> str:
 
 
 def picture_data(desk: Desk) -> dict[str, tuple[Any, ...]]:
-    """Return what the pictures show of a desk, by the names of `_COLUMNS`, in their order.
+    """Return what the pictures of a desk show, in the order of `_COLUMNS` by name.
 
     Speeds and heights are in the units of the desk, ways in kilometers.
     """
@@ -183,10 +183,9 @@ def _figure(name: str, x: str, y: str, zoom: str, **settings: Any) -> Any:
 
 
 class View:
-    """The pictures of a desk in one tab.
+    """A desk's pictures in one tab: `time`, `track`, `error` with its bound, and `dates`.
 
-    Airspeed and height over `time`, the `track`, the `error` with its bound, and the correction
-    over the `dates` of several flights.
+    Over `time` are airspeed and height, over `dates` the correction of several flights.
     """
 
     def __init__(self, desk: Desk) -> None:

@@ -1,8 +1,7 @@
-"""What a child process computes for the page.
+"""What a child process computes for the page: flights, drafts, pictures, answers, downloads.
 
-Flights of files, drafts of mappings, pictures, answers, downloads. Each function calls its first
-argument with its replies, as they are ready: what a reply is, as the desk calls it, and the reply
-itself.
+Drafts are those of mappings. Each function calls its first argument with its replies, as they are
+ready: what a reply is, as the desk calls it, and the reply itself.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -47,10 +46,9 @@ _SHOWN_VALUES = 3  # of a column in the draft of a mapping
 
 @dataclass(frozen=True, slots=True)
 class Request(CalibrationRequest):
-    """What an answer is asked from.
+    """What an answer is asked from: logs, the command's other choices, and options by name.
 
-    The logs, what else the command is asked, and the options of the calibration that are stated, by
-    name.
+    The options are those of the calibration that are stated.
     """
 
     logs: tuple[NamedFile, ...] = ()

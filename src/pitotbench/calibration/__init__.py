@@ -150,9 +150,7 @@ def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iter
 
 
 def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
-    """Return the calibration with the steps of the log's display in its bound.
-
-    Warn where its curve is doubtful.
+    """Return the calibration with the display's steps in its bound, and warn of a doubtful curve.
 
     Raises NoAnswerError where its bound is too wide.
     """

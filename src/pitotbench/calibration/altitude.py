@@ -1,6 +1,6 @@
-"""The altitude equation: pressure against height gives the error of the static source.
+"""The altitude equation: static pressure against GPS height gives the static source's error.
 
-The pressure is the indicated static one, the height that of the GPS.
+The pressure is the indicated one.
 
 p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci) with Δp = q_c − q_ci, which is p_i − p where the total
 pressure is right. It needs neither the wind nor, to first order, the temperature. Its noise does
@@ -102,10 +102,7 @@ class CarriedHeight:
 
 
 def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> CarriedHeight:
-    """Compute the height of each stretch separately.
-
-    Fixes are `latency` seconds earlier than stamped.
-    """
+    """Compute the height of each stretch by itself, its fixes earlier by the `latency` [s]."""
     from scipy.interpolate import CubicSpline  # slow to load
 
     assert log.altitude is not None
@@ -314,11 +311,7 @@ def _white_noise(values: Array) -> tuple[float, Booleans]:
 
 @dataclass(frozen=True, slots=True)
 class _Blocks:
-    """The rows of each block.
-
-    The chosen rows, the block of each, (rows,), non-decreasing, and the number of rows per block,
-    (n,).
-    """
+    """The chosen rows, the block of each, (rows,), non-decreasing, and rows per block, (n,)."""
 
     rows: NDArray[np.intp]
     index: NDArray[np.intp]
@@ -330,7 +323,7 @@ class _Blocks:
 
 
 def _divided(log: FlightLog, carried: CarriedHeight, rows: NDArray[np.intp]) -> _Blocks:
-    """Divide rows into blocks of two seconds, four in long logs, none across a gap.
+    """Divide rows into blocks of 2 s, in long logs 4 s, none across a gap.
 
     A longer fix interval makes longer blocks.
     """
@@ -431,10 +424,7 @@ def _air_temperature(
 
 @dataclass(frozen=True, slots=True)
 class _Profile:
-    """The temperature of the air over height.
-
-    Straight lines between `edges` (k,) [m] of `temperature` (k,) [K].
-    """
+    """The air's temperature over height: lines through `temperature` (k,) [K] at `edges` [m]."""
 
     edges: Meters
     temperature: Kelvin

@@ -116,10 +116,7 @@ _log_posterior = attrgetter("log_posterior")
 
 
 class _Card:
-    """What is usual on a card, in whatever order it is flown.
-
-    Speeds, tracks, and how closely both are kept.
-    """
+    """What is usual on a card, however flown: speeds, tracks, and how closely both are kept."""
 
     def __init__(self, legs: Sequence[CardLeg]) -> None:
         self.legs = legs
@@ -213,9 +210,9 @@ class _Card:
         return _Judged(model, total, tuple(suspects), found)
 
     def _suspicion(self, place: int, others: Others) -> _Suspicion:
-        """Weigh a leg that is struck out as a slip.
+        """Weigh a struck leg as a slip: what was probably meant, and how likely it was so.
 
-        What was probably meant, and how probable it is that the leg was written so.
+        The likelihood is that of writing it as it stands.
         """
         leg, struck = self.legs[place], others.model.struck
         refusal = self.refused.get(leg.row, "")

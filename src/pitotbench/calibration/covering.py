@@ -68,9 +68,7 @@ class CoveringFit:
 
 @dataclass(frozen=True, slots=True)
 class FirstPass:
-    """The result of the first pass.
-
-    θ (p,), the most likely noise φ, and the path of a drifting wind.
+    """The result of the first pass: θ (p,), likeliest noise φ, and the path of a drifting wind.
 
     `solutions` are the answers under each rival prior of the curve: corrections to θ and the
     nuisances, (p + m,), with their covariance. θ is that of the likeliest.

@@ -1,7 +1,4 @@
-"""Checks of a fit.
-
-What the log determines, whether the curve is possible, what lies outside its prior.
-"""
+"""Checks of a fit: what a log determines, what curve is possible, what lies outside its prior."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -46,10 +43,7 @@ FLY_HEADINGS = "fly legs on three headings at least 60° apart, or a full turn"
 
 
 def require_observable(model: PredictionModel, obs: Observations) -> None:
-    """Raise NoAnswerError where headings or speeds are too similar.
-
-    The message says what to fly next.
-    """
+    """Raise NoAnswerError, with what to fly next, where headings or speeds are too similar."""
     for axis, velocity in (("north", obs.velocity_north), ("east", obs.velocity_east)):
         if not np.any(velocity):
             raise NoAnswerError(
@@ -192,9 +186,7 @@ def disagreements(
     drifting: bool = False,
     by_height: Sequence[MetersPerSecond] = (),
 ) -> tuple[Disagreement, ...]:
-    """Return where triangle and height disagree, and where the samples lie off the curve.
-
-    The triangle is that of the wind.
+    """Return where wind triangle and height disagree, and where samples lie off the curve.
 
     Samples without the wind scatter about the curve. Where their mean near an airspeed lies off the
     curve by more than its bound and their own scatter allow, the model of the curve or of the wind

@@ -40,9 +40,9 @@ _DISAGREE = 0.01  # probability of so much disagreement by chance: below it ther
 
 
 def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Give each of several reductions with one reference pressure the joint answer.
+    """Give reductions with one reference pressure the joint answer, and airspeeds common to all.
 
-    The indicated airspeeds [m/s] that all cover come with it.
+    The airspeeds are indicated [m/s].
 
     The logs are of one airplane. Each log is reduced separately. Its answer, as a Gaussian, is
     information about the curve, the wind of that log and the nuisances. The unknowns of the
@@ -129,7 +129,7 @@ def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
 
 
 def _law_variance(each: Reduction) -> Array:
-    """The variance of the prior of the curve's parameters over its rivals, (K,).
+    """Return the variance of the prior of the curve's parameters over its rivals, (K,).
 
     The rivals are weighted by the log; a flat one is infinite.
     """

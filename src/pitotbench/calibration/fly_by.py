@@ -89,9 +89,7 @@ def _fly_by(each: FlyBy, steps: Mapping[str, float], stated: Accuracies) -> FlyB
 
 
 def _of_readings(half: Array, normal: float) -> float:
-    """Return the 2σ of a sum of uniform errors within ±`half` (n,), and a normal one.
-
-    The normal one has a standard deviation.
+    """Return the 2σ of a sum of uniform errors within ±`half` (n,) and a normal deviation.
 
     The widest one is taken as it is, the others as normal: a single reading errs by no more than
     half its step.

@@ -37,9 +37,7 @@ def reduce_card(
     stated: Accuracies = USUAL,
     priors: StatedPriors = None,
 ) -> HandCard:
-    """Return the points, curves and slips of a card.
-
-    Legs are in the order in which they were flown.
+    """Return the points, curves and slips of a card, its legs in the order they were flown.
 
     A point's true airspeed and wind are those of the published methods (three legs: Gray 1998;
     four: the mean of the four answers of three legs; more: a circle). Its bound propagates the

@@ -96,7 +96,7 @@ class LegAir:
     ) -> tuple[float, float]:
         """Return the correction [m/s] for a true airspeed, and its 2σ.
 
-        The 2σ is from that of the true airspeed [m/s] and from the stated accuracies.
+        The 2σ is that of the true airspeed [m/s] and of the stated accuracies.
         """
         here, there = self.calibrated_airspeed(np.array([true_airspeed, true_airspeed + _STEP]))
         of_air = self.stated_two_sigma(true_airspeed, stated)
@@ -182,9 +182,9 @@ def wind_from(wind: Array | list[float]) -> float:
 
 
 def answer_of_legs(velocity: Array) -> tuple[Array, float | None]:
-    """Return [V, W_N, W_E] [m/s] of the ground velocities of legs, (n, 2).
+    """Return [V, W_N, W_E] [m/s] of legs' ground velocities, (n, 2), by the method of their number.
 
-    The method is that of their number. Further the spread of the answers of three among four.
+    Further the spread of the answers of three among four.
 
     Raises NoAnswerError for tracks that are too similar.
     """
@@ -265,10 +265,7 @@ def circle_gain(velocity: Array, answer: Array) -> Array:
 
 
 def by_track(toward: Array) -> NDArray[np.intp]:
-    """Return the numbers of the legs, (n,), of pieces along unit vectors (n, 2).
-
-    Pieces on one track are one leg.
-    """
+    """Return the leg numbers, (n,), of pieces along unit vectors (n, 2), one leg a track."""
     from scipy.sparse.csgraph import connected_components  # slow to load
 
     near = toward @ toward.T >= np.cos(_SAME_TRACK)

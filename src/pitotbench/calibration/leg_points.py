@@ -1,7 +1,4 @@
-"""Fixed-speed points from the steady legs and turns of a log.
-
-Each group gives an airspeed, a wind and a correction, with bounds.
-"""
+"""Fixed-speed points from steady legs and turns of a log: airspeed, wind, correction, bounds."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -221,7 +218,7 @@ def _location(
 ) -> tuple[float, float]:
     """Return the share of the static source in the answer, and what its doubt adds.
 
-    The latter is a standard deviation, as a share of the difference between the locations.
+    The latter is a deviation, as a share of the difference between the locations.
 
     They are those of the curve's calibration, which is made here where it is not given and the
     height may tell. Without its evidence the static source is an assumption, and the difference is

@@ -245,14 +245,12 @@ _UNKNOWN_WIND = 15.0  # m/s, for the slope of the pressure levels where the wind
 def fit_by_height(
     log: FlightLog, options: CalibrationOptions, obs: Observations, model: PredictionModel
 ) -> ByHeight:
-    """Fit the error of the static source to height and static pressure alone.
+    """Fit the static source's error to height and static pressure, without wind or airspeed.
 
-    Neither wind nor airspeed is used.
-
-    At one airspeed the height hardly tells the level of the curve: a smooth curve has a prior of
-    it here. Its part in 1/x is a constant pressure, which no height shows, and is taken as none.
-    Raises NoAnswerError for a log without a height, and as
-    `restricted_likelihood.noise_posterior` does.
+    At one airspeed the height hardly tells the level of the curve: a smooth curve has a prior of it
+    here. Its part in 1/x is a constant pressure, which no height shows, and is taken as none.
+    Raises NoAnswerError for a log without a height, and as `restricted_likelihood.noise_posterior`
+    does.
     """
     rows = altitude_rows(log, obs, options, np.array([_UNKNOWN_WIND, 0.0]))
     if rows is None or not options.use_altitude or options.error_location not in (AUTO, STATIC):
@@ -380,10 +378,7 @@ def _without_curve(rows: AltitudeRows, noise: Array, gain: float) -> tuple[Array
 
 
 def _tried(problem: Regression, rows: AltitudeRows, start: Array) -> tuple[Array, float]:
-    """The most likely noise of a problem of altitude rows alone, and the log evidence.
-
-    The noise is searched from `start`.
-    """
+    """Return the most likely noise of altitude rows alone, from `start`, and log evidence."""
     return mode_and_evidence(problem, *_noise_and_prior(rows), start)
 
 
@@ -393,8 +388,5 @@ def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
 
 
 def widened_by(answer: Posterior, difference: Array) -> Posterior:
-    """Widen an answer by its difference (p,) from that for another location.
-
-    The difference is taken as one standard deviation.
-    """
+    """Widen an answer by its difference (p,) from another location's, as one deviation."""
     return replace(answer, covariances=answer.covariances + np.outer(difference, difference))

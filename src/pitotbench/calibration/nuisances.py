@@ -95,9 +95,9 @@ class HeightState:
 
 
 def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
-    """The nuisances of a log. The accuracies of its header must already be in the options.
+    """Return the nuisances of a log, those without an accuracy left out.
 
-    A nuisance whose accuracy is zero is left out.
+    The accuracies of its header must already be in the options.
     """
     stated, priors = accuracies_of(options.accuracies, {}), priors_of(options.priors)
     temperature = max(stated.temperature_k, WITHOUT_TEMPERATURE if obs.standard_day else 0.0)

@@ -1,7 +1,4 @@
-"""The rows and channels of a log that the estimators use, in blocks.
-
-Logs that cannot be used are refused here.
-"""
+"""The rows and channels of a log that the estimators use, in blocks; unusable logs are refused."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
@@ -519,10 +516,7 @@ _MOST_BLOCKS = 5000  # of a flight: of more the bound hardly falls, and the time
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """The blocks of rows.
-
-    The block of each row, (rows,), the number of rows per block, (n,), and the blocks' intervals in
-    time.
+    """The block of each row, (rows,), the rows per block, (n,), and the blocks' intervals in time.
 
     Their means keep slow signals, average out fast sensor noise and shorten the sums. `length` is
     that of a block [s].
@@ -570,7 +564,7 @@ def divide(obs: Observations, length: float) -> Blocks:
 
 
 def intervals_of(cell: NDArray[np.intp], length: float) -> Intervals:
-    """Return the edges of blocks of a length [s] in cells (n,).
+    """Return the edges in time of blocks of a length [s] in cells (n,).
 
     Neighbors share one; after an empty cell there is a new one.
     """

@@ -1,7 +1,4 @@
-"""The options of a calibration, and the accuracies of constant errors.
-
-The residual does not show these errors.
-"""
+"""The options of a calibration, and accuracies of constant errors, which no residual shows."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -26,9 +23,7 @@ WITHOUT_TEMPERATURE = 15.0
 
 @dataclass(frozen=True, slots=True)
 class Accuracies:
-    """2σ of errors that are constant over a log, and over several logs of one airplane.
-
-    0 leaves an error out.
+    """2σ of errors that are constant over a log, and over several of one airplane; 0 for none.
 
     Each widens the bound: the residual does not show them. Where an accuracy is not stated, the
     usual one is assumed, because a bound for an exact temperature would be too small on nearly

@@ -30,9 +30,9 @@ Outputs = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True, slots=True)
 class OutputErrorFit:
-    """θ (p,) with its white Cramér-Rao covariance (p, p).
+    """θ (p,) with its white Cramér-Rao covariance (p, p), and residuals (m, n) with theirs (m, m).
 
-    The residuals (m, n) [m/s] have the covariance (m, m).
+    The residuals are in m/s.
 
     The condition number is that of the scaled information matrix; `reason` says why the iteration
     ended.
@@ -140,9 +140,7 @@ def _step(
 def _line_search(
     outputs: Outputs, theta: Array, step: Array, descent: float, noise: Array, residuals: Array
 ) -> tuple[tuple[Array, Array, Array] | None, bool]:
-    """Halve the step until the weighted squares fall enough, and say whether they do.
-
-    The rule is the Armijo condition.
+    """Halve the step until the weighted squares fall enough (Armijo), and say whether they do.
 
     Enough is a fixed share of the fall that the gradient predicts; `descent` is gradient · step.
     Without this condition the steps cross a curved valley from side to side. The first result is

@@ -95,7 +95,7 @@ class PredictionModel:
         )
 
     def curve_columns(self, prediction: Prediction, shift: MetersPerSecond) -> MetersPerSecond:
-        """The change of the predicted airspeed with the curve's parameters, (n, K).
+        """Return the predicted airspeed's change with the curve's parameters, (n, K).
 
         The true airspeed is `shift` (n,) [m/s] beyond the predicted one.
         """
@@ -141,10 +141,7 @@ class _Work:
         return obs.velocity_north[rows] - wind[0], obs.velocity_east[rows] - wind[1], down
 
     def improve(self, rows: slice) -> float:
-        """Take one Newton step to the solution of q_ci = F(f(q_ci/q_ref)).
-
-        Return the largest step [Pa].
-        """
+        """Take a Newton step to q_ci = F(f(q_ci/q_ref)), and return the largest step [Pa]."""
         model, ratio, impact, q = (
             self._model,
             self._ratio[rows],
@@ -279,9 +276,9 @@ class CurveMap:
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
-    """Round indicated airspeeds [m/s], (c,), over the range of the data (n,).
+    """Return round airspeeds [m/s], (c,), over the 0.1 to 99.9 percentile of the data (n,).
 
-    The range is that between its 0.1 and 99.9 percentiles.
+    They are indicated.
 
     They are multiples of the least step in knots that gives 32 points or fewer.
     """

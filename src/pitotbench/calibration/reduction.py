@@ -1,7 +1,4 @@
-"""The reduction of one log.
-
-Selection of rows, white fit, screening of faulty rows, noise and answer.
-"""
+"""The reduction of one log: choice of rows, white fit, screening of faults, noise and answer."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager

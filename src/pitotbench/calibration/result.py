@@ -145,9 +145,7 @@ def _one_window(reduction: Reduction, wind: WindEstimate) -> tuple[WindowWind, .
 
 
 def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibration:
-    """Return the Calibration by height alone, of a log whose headings are all alike.
-
-    The wind stays unknown.
+    """Return the Calibration by height alone, without wind, of a log with all headings alike.
 
     Raises as `location.fit_by_height` does.
     """
@@ -307,7 +305,7 @@ def with_altitude(
 
 
 def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> Array:
-    """Derivative of the correction [m/s] with respect to all of θ, (c, p).
+    """Return the derivative of the correction [m/s] by all of θ, (c, p).
 
     θ includes the zero offset.
     """

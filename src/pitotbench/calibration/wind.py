@@ -1,7 +1,4 @@
-"""Whether the wind of a log changed.
-
-The evidence for a change, and the answer averaged over what it may be.
-"""
+"""Whether the wind of a log changed: the evidence, and the answer averaged over changes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -155,10 +152,7 @@ _LEAST_WEIGHT = 1e-3  # of a change in the answer
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """One kind of change.
-
-    The columns' places (k,), their prior deviations [m/s] (k,), and the log of its share.
-    """
+    """A kind of change: columns' places (k,), prior deviations [m/s] (k,), and ln of its share."""
 
     kind: str
     places: NDArray[np.intp]
@@ -169,9 +163,9 @@ class _Change:
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:
-    """Changes of one component of the wind, (blocks, s) [-].
+    """Changes of a component of the wind, (blocks, s) [-], and their means over the log.
 
-    Further their means over the log, and what they may be.
+    `changes` are what they may be.
     """
 
     of_time: Array
@@ -182,9 +176,7 @@ class _Shapes:
 def check_wind(
     structure: Structure, every: Observations, fit: CoveringFit, answer: Posterior
 ) -> tuple[WindChange | None, Posterior]:
-    """Weigh changes of the wind against the constant wind of a fit, and average over them.
-
-    What is averaged is the answer.
+    """Weigh changes of the wind against a fit's constant one, and average the answer over them.
 
     The answer is averaged over a constant wind and over changes of it, each with its probability
     given the log (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). A change

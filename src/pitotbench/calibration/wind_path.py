@@ -12,9 +12,7 @@ from pitotbench.units import Array, Seconds
 
 @dataclass(frozen=True, slots=True)
 class WindPath:
-    """The wind less its mean, around which a problem is linearized.
-
-    Times (k,) [s], and (k, 2) [m/s] there.
+    """The wind less its mean around which a problem is linearized: times (k,) [s], (k, 2) [m/s].
 
     A wind that drifts far is no small correction to its mean; each pass estimates the path again.
     """
@@ -79,10 +77,7 @@ class MeanWind:
     unknown: Array
 
     def of(self, answer: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return the answer with the mean wind in place of the wind's level.
-
-        An answer is an estimate (p,) and a covariance (p, p).
-        """
+        """Return an answer, (p,) and (p, p), with the mean wind in place of the wind's level."""
         response, regressors = self.problem.response, self.problem.regressors
         estimate, covariance = answer[0].copy(), answer[1]
         estimate[self.winds] += self.weighed.T @ (response - regressors @ answer[0])

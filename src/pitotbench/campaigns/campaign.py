@@ -1,7 +1,4 @@
-"""Run a campaign.
-
-Plan its flights, fly those that are not stored, and make the folder of its results.
-"""
+"""Run a campaign: plan its flights, fly those not stored, and make the folder of results."""
 
 import json
 import signal
@@ -85,9 +82,9 @@ _RECENT = 600.0  # s over which the rate is measured
 
 @dataclass(slots=True)
 class Watch:
-    """A count of a campaign's flights, reported by `style`: a bar on a terminal, else lines.
+    """A count of a campaign's flights, reported by `style`: a bar on a terminal, or lines.
 
-    There is a line a minute, in words or as JSON. `total` is the number of flights planned.
+    A line comes each minute, in words or as JSON. `total` is the number of flights planned.
     """
 
     total: int

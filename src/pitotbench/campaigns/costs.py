@@ -21,9 +21,7 @@ _SAMPLED_TASKS = 1_000  # flights of the plan
 
 
 def forecast_of_costs(request: "CampaignRequest") -> Iterator[str]:
-    """Give the lines of a dry run.
-
-    Flights, flights stored, CPU minutes, wall minutes, and gigabytes.
+    """Give the lines of a dry run: flights, those stored, CPU and wall minutes, gigabytes.
 
     The minutes are those of the stored flights of the plan, else of the paper's card of each
     maneuver.

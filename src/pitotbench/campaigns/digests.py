@@ -34,9 +34,9 @@ def package_digest(without: Iterable[str] = (), but: Iterable[str] = ()) -> str:
 
 
 def file_sha256(path: Path) -> str:
-    """Return the SHA-256 of a file, or of a folder's files one after another by path.
+    """Return the SHA-256, in hexadecimal, of a file or of a folder's files one after another.
 
-    In hexadecimal.
+    The files of a folder go by path.
     """
     found = sha256()
     for each in sorted(path.rglob("*")) if path.is_dir() else [path]:

@@ -42,10 +42,7 @@ _EVERY = 20.0  # s between two lines
 
 
 class MachineError(BadInputError):
-    """A task failed by its machine: a file is gone, the disk is full.
-
-    The task may be performed again.
-    """
+    """A task failed by its machine (a file is gone, the disk is full), and may be done again."""
 
 
 class FleetLostError(RuntimeError):
@@ -99,9 +96,9 @@ def _here() -> tuple[str, int]:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The most that one task may use.
+    """The most that one task may use: `seconds` of wall time, `memory` bytes of its process.
 
-    `seconds` of wall time and `memory` bytes of its process. None: no limit.
+    None: no limit.
 
     They do not hold in the process of the driver, since a task that breaks the limit of time ends
     its process.
@@ -247,9 +244,11 @@ def _numbered(work: Callable[[T], R], task: tuple[int, T]) -> R:
 
 
 def _outcome(future: "Future[Any]") -> Any:
-    """Return the result of a future that has ended.
+    """Return the result of a future that has ended, or the failure of its process.
 
-    An error outside of `attempt` means that its process died.
+    An error outside of `attempt` means that the process died.
+
+    `attempt` catches all others.
     """
     try:
         error = future.exception()

@@ -79,9 +79,9 @@ def briefing_of(flight: Flight) -> tuple[BriefedLeg, ...]:
 
 @cache
 def briefing(aircraft: str, maneuver: str) -> tuple[BriefedLeg, ...]:
-    """Return the legs of a maneuver for an aircraft's pilot, () where it cannot be flown.
+    """Return the legs of a maneuver for an aircraft's pilot, () where there is nothing to fly.
 
-    And where no maneuver is named.
+    No maneuver is named then, or the aircraft cannot fly it.
     """
     case = Case(aircraft, maneuver, turbulence="none", integration_rate=SLOWEST_RATE)
     with suppress(SimulationError):

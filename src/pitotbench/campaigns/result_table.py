@@ -71,10 +71,7 @@ def require_own_folder(target: Path) -> None:
 
 @dataclass(slots=True)
 class Gathered:
-    """What the folder shows of the results.
-
-    The number of rows, the failures in words, the parts of the page.
-    """
+    """A folder's results: number of rows, failures in words, and the parts of the page."""
 
     rows: int = 0
     failed: int = 0
@@ -85,9 +82,7 @@ class Gathered:
 def gather(
     folder: Path, store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...]
 ) -> Gathered:
-    """Write the rows of the tasks to the folder's table; return what the page needs.
-
-    The rows are in the order of the plan.
+    """Write the tasks' rows, in plan order, to the folder's table; return what the page needs.
 
     An earlier table is replaced only where there is a row. The table of one plan is the same bit
     for bit, however often it was interrupted and however many processes flew it.
@@ -320,10 +315,7 @@ _QUOTED_NAME = re.compile(r"`[\w. +-]*`")
 
 
 def _require_comparison(where: str) -> None:
-    """Raise ValueError for an expression that is more than comparisons and could run code.
-
-    It could by a call or an attribute.
-    """
+    """Raise ValueError for an expression that could run code: all but comparisons of columns."""
     for node in ast.walk(ast.parse(_QUOTED_NAME.sub("column", where.strip()), mode="eval")):
         if not isinstance(node, _ALLOWED):
             raise ValueError(

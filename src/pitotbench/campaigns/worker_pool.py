@@ -259,9 +259,7 @@ def _one_thread() -> Iterator[None]:
 
 
 def _work(calls: "Connection[Any, Any]", log: str, parent: int) -> None:
-    """Perform the calls that arrive, one after the other, and send each result.
-
-    End with the driver.
+    """Perform calls as they arrive, and send results, until the driver ends.
 
     Everything that the process writes goes to the file `log`. `_BEGUN` is sent when a call begins,
     then its result as (true, value) or its error as (false, error).

@@ -61,9 +61,9 @@ FLAGS = (
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check an aircraft or find its performance; return the exit code, 3 where nothing was found.
+    """Check an aircraft or find its performance; return the exit code.
 
-    Or where nothing can be flown; else 0.
+    The code is 0, or 3 where nothing can be flown or found.
     """
     others = [name for names in _FLAGS.values() for name in names]
     foreign = [name for name in others if name not in _FLAGS[options.action]]

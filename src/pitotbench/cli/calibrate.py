@@ -219,10 +219,7 @@ def _reduced(
 
 
 def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float]]:
-    """Return the autopilot of `--params` and the old values that it states.
-
-    The name is empty where none is given.
-    """
+    """Return the autopilot of `--params`, "" for none, and the old values that it states."""
     from pitotbench.logbook.autopilot import stated_parameters
 
     return ("", {}) if options.parameters is None else stated_parameters(options.parameters)

@@ -1,7 +1,4 @@
-"""`pitotbench reconcile`: judge a measured log.
-
-Print the verdict, and write the report and the patch.
-"""
+"""`pitotbench reconcile`: judge a measured log; print a verdict, write a report and a patch."""
 
 import argparse
 from dataclasses import replace

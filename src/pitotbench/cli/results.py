@@ -1,7 +1,4 @@
-"""`pitotbench results`: the stored results of campaigns.
-
-List, filter, draw and put them together, and fly one again.
-"""
+"""`pitotbench results`: list, filter, draw and join campaigns' stored results, or refly one."""
 
 import argparse
 from pathlib import Path

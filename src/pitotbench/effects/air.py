@@ -102,9 +102,9 @@ Vector = tuple[Array, Array, Array]
 
 
 def _blows(factors: Callable[..., tuple[Term, ...]]) -> Build:
-    """The build of a level wind.
+    """The build of a level wind, its components multiplied by `factors`.
 
-    The `factors` of a component are a function of the path of the other sizes.
+    The `factors` are a function of the paths of the other sizes.
     """
 
     def build(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:

@@ -1,6 +1,6 @@
-"""The records of an effect, and the effects that a case names.
+"""The records of an effect, and the effects that a case names with their sizes.
 
-A case gives the sizes of an effect, for a flight or for a part of it.
+The sizes are for a flight or for a part of it.
 """
 
 from collections import Counter
@@ -95,10 +95,7 @@ SensorFunction = Callable[[Signals, Sizes], Signals]
 
 
 def reads(channel: str, read: Callable[[Array, Sizes], Array]) -> SensorFunction:
-    """Return the function of a wrong reading of one channel.
-
-    `read` turns true values, (n,), into those read.
-    """
+    """Return the function by which `read` turns true values of a channel, (n,), into those read."""
     return lambda signals, sizes: signals.with_channels(**{channel: read(signals[channel], sizes)})
 
 
@@ -215,10 +212,7 @@ class Effect:
         return next(p for p in self.parameters if p.name == name)
 
     def complete(self, sizes: Sizes) -> dict[str, float]:
-        """Return the sizes with every parameter in them.
-
-        A missing shape is `typical`, a missing size 0.
-        """
+        """Return the sizes with every parameter: a missing shape is `typical`, a missing size 0."""
         default = {p.name: p.typical if p.shape else 0.0 for p in self.parameters}
         return {**default, **sizes}
 
@@ -341,13 +335,12 @@ NOWHERE = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data o
 
 
 def forms_in_time(effect: Effect) -> tuple[Effect, ...]:
-    """Return an effect from a time on and for a time.
+    """Return the forms of an effect from a time on and for a time, () where it has its own times.
 
-    Effects that have times of their own have no such forms.
-
-    Nor has warmer air: the simulator's standard day lasts for the whole flight. The sizes of a form
-    are those of the effect, times a share that rises from 0 to 1 within `EDGE` from `from_s` on, and
-    falls to 0 within `EDGE` before `to_s`. Times count from the first recorded sample.
+    Warmer air has none either: the simulator's standard day lasts for the whole flight. The sizes
+    of a form are those of the effect, times a share that rises from 0 to 1 within `EDGE` from
+    `from_s` on, and falls to 0 within `EDGE` before `to_s`. Times count from the first recorded
+    sample.
     """
     has_times = any(p.shape and p.name in ("at_s", FROM.name) for p in effect.parameters)
     if has_times or (
@@ -359,9 +352,9 @@ def forms_in_time(effect: Effect) -> tuple[Effect, ...]:
 
 
 def share_of_size(effect: Effect, time: Seconds, sizes: Sizes) -> Array:
-    """Return the share of its sizes with which an effect acts, 0 to 1, (n,).
+    """Return the share, 0 to 1, (n,), of its sizes with which an effect acts at a `time` [s].
 
-    `time` is that since the first sample [s].
+    The time counts from the first sample.
     """
     if not effect.part_of:
         return np.ones(len(time))
@@ -440,10 +433,7 @@ def _on_aircraft(form: AircraftEffect, effect: AircraftEffect) -> AircraftEffect
 
 
 def _scaled(text: str, form: Effect, effect: Effect, times: list[str]) -> str:
-    """Return an expression or a path for one of the effects.
-
-    The properties of the effect are renamed, and its sizes scaled.
-    """
+    """Return an expression or a path of `effect` for its `form`: renamed, with sizes scaled."""
     own, new = (size(name, "") for name in (effect.name, form.name))
     share = quotient(difference(ELAPSED, size(form.name, FROM.name)), EDGE)
     if TO.name in times:

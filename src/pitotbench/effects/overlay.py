@@ -62,9 +62,7 @@ def properties_in(expression: Expression) -> frozenset[str]:
 
 
 def evaluate(expression: Expression, properties: Mapping[str, Array | float]) -> Array:
-    """Return the values of an expression for values of its properties in JSBSim's units.
-
-    These are numbers or arrays (n,).
+    """Return an expression's values for numbers or arrays (n,) of its properties [JSBSim's units].
 
     Raises KeyError for an operation that is not listed here, and for a property without values.
     """
@@ -94,10 +92,7 @@ class PropertySetting:
 
 @dataclass(frozen=True, slots=True)
 class AxisFunction:
-    """A force [lb] or moment [lb ft] added to an aerodynamic axis.
-
-    The axis is LIFT, DRAG, SIDE, ROLL, PITCH or YAW.
-    """
+    """A force [lb] or moment [lb ft] added to LIFT, DRAG, SIDE, ROLL, PITCH or YAW."""
 
     axis: str
     value: Expression
@@ -187,10 +182,7 @@ class Overlay:
         return scaled.union(*(properties_in(added.value) for added in self.functions))
 
     def is_empty(self) -> bool:
-        """Return whether nothing is added to the aircraft's files.
-
-        A temperature is not part of them.
-        """
+        """Return whether nothing is added to the aircraft's files; a temperature does not count."""
         return not any(
             getattr(self, f.name) for f in fields(self) if f.name != "temperature_offset"
         )

@@ -1,6 +1,4 @@
-"""Terms of an aircraft's own file as effects.
-
-Any aerodynamic function of the file may be larger or smaller.
+"""Terms of an aircraft's own file as effects: any aerodynamic function may be larger or smaller.
 
 The table has the terms that every airplane has. A file may have others: side force by the roll
 rate, yaw moment by the ailerons. Each is an effect that goes by its name in the field and by its
@@ -150,7 +148,7 @@ def term_named(name: str) -> AircraftEffect | None:
 def own_terms(baseline: Baseline, table: Iterable[AircraftEffect]) -> Iterator[AircraftEffect]:
     """Yield the terms of an aircraft's file that no effect of a `table` changes alone.
 
-    A constant of an axis is there: it is the drag of a pod, zero lift or trim.
+    The constant of an axis is among them: the drag of a pod, zero lift or trim.
     """
     terms = terms_of(baseline)
     own = {term.function.name for term in terms}

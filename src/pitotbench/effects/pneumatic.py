@@ -35,7 +35,7 @@ Response = Callable[[Signals, Array, Sizes], Array]
 
 
 def _in_pitot_line(respond: Response) -> SensorFunction:
-    """The function of a line that changes the total pressure.
+    """The function of a line that changes the total pressure, but not the static one.
 
     The transducer subtracts the static pressure at once.
     """
@@ -160,9 +160,7 @@ HYSTERESIS_SOURCE = (
 
 
 def play(values: Array, width: float) -> Array:
-    """Apply the play operator to values, (n,).
-
-    The output follows half a width [same unit] behind the input.
+    """Return values, (n,), through the play operator, half a width [same unit] behind the input.
 
     Where the input turns back, the output stays until the input has moved by a whole width.
     """

@@ -18,7 +18,7 @@ from pitotbench.units import Array, Pascal, Seconds
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """Channels [SI, radians], (n,) each, over one time base [s].
+    """Channels [SI, radians], (n,) each, over one time base [s] of nearly constant rate.
 
     The time base has a nearly constant rate, and may have gaps.
 
@@ -140,10 +140,7 @@ def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: 
 
 
 def first_order_varying(signals: Signals, values: Array, lag: Array) -> Array:
-    """Return the values, (n,), behind a first-order lag.
-
-    The lag changes from sample to sample [s, above 0], (n,).
-    """
+    """Return the values, (n,), behind a first-order lag, (n,) [s, above 0], that may vary."""
     out = np.empty_like(values)
     for part in signals.stretches():
         # The same formula as in `first_order`, with the lag of each step; a filter of constant taps

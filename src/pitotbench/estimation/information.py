@@ -25,10 +25,9 @@ SINGULAR = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class SizePosterior:
-    """The posterior of some sizes.
+    """The posterior of some sizes: mean (k,), covariance (k, k), and log evidence.
 
-    Mean, (k,), covariance, (k, k), and the logarithm of the evidence, for flat priors half the fall
-    of the sum of squares.
+    With flat priors the evidence is half the fall of the sum of squares.
     """
 
     mean: Array
@@ -38,9 +37,7 @@ class SizePosterior:
 
 @dataclass(frozen=True, slots=True)
 class Information:
-    """The inner products of some rows, (m + 1, m + 1).
-
-    Columns are in units of the noise, and the residual is the last.
+    """The inner products of rows, (m + 1, m + 1), in units of the noise, the residual last.
 
     Priors are normal, around zero, with a deviation for each column; an infinite one is flat.
     """
@@ -105,9 +102,7 @@ class Information:
         deviations: Sequence[float] | Array | float = np.inf,
         kept: Sequence[int] | None = None,
     ) -> tuple["Information", float]:
-        """Return what is left when some columns are integrated out.
-
-        The logarithm of their own evidence comes with it.
+        """Return what is left when columns are integrated out, and ln of their own evidence.
 
         Only the columns `kept` remain, all of them by default; the columns keep their order. A
         column that is integrated out and kept stands for a further size of its own.
@@ -149,9 +144,9 @@ class Information:
         return Information(inner)
 
     def without(self, combination: Array, deviation: float) -> "Information":
-        """Return the information with the size of a combination of columns integrated out.
+        """Return the information with a combination's size, (m + 1,), integrated out.
 
-        The combination is (m + 1,), with 0 for the residual. All columns stay.
+        The combination has 0 for the residual. All columns stay.
         """
         across = self.inner @ combination
         share = deviation**2 / (1.0 + deviation**2 * float(combination @ across))
@@ -167,7 +162,7 @@ class Information:
         return max(0.0, 2.0 * (both.log_evidence - alone.log_evidence))
 
     def scores(self, columns: Sequence[int], given: Sequence[int] = ()) -> Array:
-        """Return the size of each column alone over its deviation.
+        """Return the size of each column alone over its deviation, beside the `given` ones.
 
         Others are `given` in the fit; 0 for one that the given ones reproduce.
         """

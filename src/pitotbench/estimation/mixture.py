@@ -23,9 +23,7 @@ _HALF_WIDTH_ERROR = 1e-13  # of the half-width, as a share
 def half_width(
     weights: Array, means: Array, deviations: Array, share: float = TWO_SIGMA_SHARE
 ) -> Array:
-    """Return the half-width, (c,), of the interval that holds `share` of a mixture.
-
-    The interval is around the mixture mean.
+    """Return the half-width, (c,), of the interval around a mixture's mean that holds `share`.
 
     Parameters: weights (m,), with sum 1; means and standard deviations, (m, c), of c quantities.
     """
@@ -80,9 +78,9 @@ def simultaneous_factor(
 
 @dataclass(frozen=True, slots=True)
 class Posterior:
-    """Weighted Gaussians for θ.
+    """Weighted Gaussians for θ: weights (m,), means (m, p) and covariances (m, p, p).
 
-    Weights (m,), which sum to 1, means (m, p) and covariances (m, p, p).
+    The weights sum to 1.
     """
 
     weights: Array

@@ -1,7 +1,4 @@
-"""Models of noise.
-
-Gauss-Markov processes, joint noise of two sets of rows, autoregression.
-"""
+"""Models of noise: Gauss-Markov processes, joint noise of two sets of rows, autoregression."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -39,10 +36,7 @@ class Intervals:
         return self.edges[self.left + 1] - self.edges[self.left]
 
     def at_edges(self, values: Array) -> Array:
-        """Assign values of the intervals, (n,), to the edges, (s,).
-
-        A shared edge has that of the later one.
-        """
+        """Assign values of intervals, (n,), to the edges, (s,); a shared edge has the later one."""
         edges = np.empty(len(self.edges))
         edges[self.left + 1] = values
         edges[self.left] = values
@@ -159,18 +153,15 @@ class MarkovNoise:
         return [load + load for load in loads]
 
     def _at(self, place: int) -> slice:
-        """Return the states that load number `place` of each interval multiplies.
-
-        Left edges come first, then right ones.
-        """
+        """Return the states that load `place` of each interval multiplies, left edges first."""
         return slice(place, place + self._states - self._width, self._width)
 
     def _posterior_precision(
         self, step: Seconds, processes: Sequence[MarkovProcess], determinants: Array
     ) -> list[Array]:
-        """Return the banded Cholesky factors of the states' precision given the data.
+        """Return banded Cholesky factors, by edge, of the states' precision given the data.
 
-        States are ordered by edge. What they make of ln|C| is added to `determinants`, (b,).
+        What they make of ln|C| is added to `determinants`, (b,).
         """
         m = self._width
         bands = np.zeros((len(self._variance), 2 * m, self._states))
@@ -326,9 +317,9 @@ def weighed_by_each(noise_of: NoiseOf, phis: Array, data: Array) -> tuple[Array,
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What one set of rows contributes under one noise.
+    """What one set of rows contributes under one noise: ln|C|, C⁻¹D and DᵀC⁻¹D.
 
-    ln|C|, C⁻¹D and DᵀC⁻¹D of its own columns D of [Z y].
+    D are its own columns of [Z y].
     """
 
     log_determinant: float

@@ -97,10 +97,7 @@ class PointNoise:
         self._weighed_columns: Array | None = None
 
     def _posterior_precision(self, processes: Sequence[Recursion]) -> list[Array]:
-        """Return banded Cholesky factors of the states' precision given the data.
-
-        States are interleaved by point.
-        """
+        """Return banded Cholesky factors, by point, of the states' precision given the data."""
         m, (stack, _, n) = len(processes), self._precision.shape
         bands = np.zeros((stack, m + 1, m * n))
         for place, process in enumerate(processes):

@@ -1,6 +1,6 @@
-"""Linear regression with correlated noise of unknown level and scale.
+"""Linear regression with correlated noise of unknown level and scale, by restricted likelihood.
 
-Restricted likelihood, posterior, mixture.
+The posterior of the noise makes the answer a mixture.
 
 y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the
 coefficients β and accounts for the degrees of freedom that they take. The noise parameters φ have a
@@ -92,9 +92,7 @@ Heights = Callable[[Array], Array]  # of a log-posterior, (b,), at places (b, d)
 
 @dataclass(frozen=True, slots=True)
 class Regression:
-    """The linear problem of a regression.
-
-    Response (n,), regressors (n, p), instruments (n, p), prior precision (p,).
+    """A linear problem: response (n,), regressors, instruments (n, p), prior precision (p,).
 
     The instruments are the regressors, or smoothed copies that do not share their measurement
     noise. The prior precision of a coefficient is that of a Gaussian around `prior_mean` (p,), zero
@@ -239,9 +237,9 @@ def _stacks(problem: Regression, phis: Array) -> list[Array]:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """β, (p,), and its covariance, (p, p), under one prior.
+    """β, (p,), and its covariance, (p, p), under one prior of probability `weight`.
 
-    The prior has the probability `weight` among its rivals.
+    The prior is one of rivals.
     """
 
     weight: float
@@ -310,9 +308,9 @@ def most_likely_noise(
 def mode_and_evidence(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> tuple[Array, float]:
-    """Return the approximate mode of φ, (d,), and the log evidence.
+    """Return the approximate mode of φ, (d,), and ln of the likelihood integrated over φ.
 
-    The evidence is the restricted likelihood integrated over φ.
+    The likelihood is the restricted one.
 
     The integral is Laplace's (Tierney and Kadane 1986), up to a constant that problems of the same
     rows share.
@@ -359,9 +357,7 @@ def weighted_noises(
 
 
 def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Array, Array, Array]:
-    """Return the nodes around a mode, (m, d), their base weights, (m,), and their axes, (d, d).
-
-    The nodes lie along the axes.
+    """Return nodes along a mode's axes, (m, d), their base weights, (m,), and the axes, (d, d).
 
     `count` is the number of parameters of the first set of rows, whose axes are found by
     themselves; None for one set.
@@ -418,7 +414,7 @@ def _climb(
 ) -> tuple[Array, Array]:
     """Return the maximum of a smooth function of few variables, and its curvature.
 
-    The curvature is minus the second derivatives at the maximum.
+    That is minus the second derivatives there.
 
     Newton's method with numerical derivatives; it ends with a step that gains less than `enough`.
     Second derivatives between the first `count` variables and the others are taken as zero. The
@@ -490,9 +486,7 @@ def _first_set(noise_of: NoiseOf) -> int | None:
 
 
 def _axes_by_set(curvature: Array, count: int | None) -> Array:
-    """Return the principal axes of the parameters, each of two sets separately.
-
-    The first set has `count` parameters.
+    """Return the parameters' principal axes, apart for two sets, the first of `count`.
 
     Two sets of rows share little but the coefficients, and each set's noise is then factored once
     for many nodes.

@@ -1,6 +1,6 @@
-"""Read and write flight logs.
+"""Read and write flight logs: CSV, Parquet and .mat of ours, foreign logs by a mapping.
 
-CSV, Parquet and .mat have units as column suffixes; foreign logs are read by a mapping.
+In ours, units are column suffixes.
 """
 
 from pitotbench.logbook.columns import QUANTITIES as QUANTITIES

@@ -1,4 +1,4 @@
-"""Judge drafted columns by what they do.
+"""Judge drafted columns by what they do in flight.
 
 A ground speed moves the position, a track is its course, and an outside temperature falls with
 height.

@@ -57,9 +57,7 @@ _MOST = 0.5  # share of rows that may be skipped: of less than half a log nobody
 
 
 def check_numbers(draft: Draft) -> None:
-    """Skip the rows where a needed channel is not a number.
-
-    Leave out other channels that often are not.
+    """Skip rows where a needed channel is no number; leave out others that often are not.
 
     Raises BadInputError where more than half of the rows would be skipped, or where the clock often
     stands blank.

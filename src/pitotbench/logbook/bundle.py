@@ -102,7 +102,7 @@ def _leads_out(entry: zipfile.ZipInfo) -> bool:
 
 
 def logs_given(path: Path) -> list[Path]:
-    """Return the paths at which the logs of a folder or of a .zip file are read.
+    """Return the paths at which the logs of a folder or of a .zip file are read, or a log's own.
 
     A log has its own path, and so has a bundle that holds one log.
 

@@ -126,7 +126,7 @@ _FEWEST_LEVELS = 4  # that tell a step
 def check_broken(draft: Draft) -> None:
     """Keep what is read at rest, and warn of a broken pitot.
 
-    Raise BadInputError where its air data hold no answer.
+    Raises BadInputError where its air data hold no answer.
     """
     draft.rests = rests_of(draft.channels)
     _tell_broken(draft, lambda channels: find_early(channels) or zero_moved(channels, draft.rests))
@@ -158,7 +158,7 @@ def _tell_broken(draft: Draft, find: Callable[[Mapping[str, Array]], Broken | No
 def check_impact_pressure(draft: Draft) -> None:
     """Drop rows of negative impact pressure.
 
-    Raise BadInputError for a stuck sensor, and where most are negative.
+    Raises BadInputError for a stuck sensor, and where most are negative.
 
     Mostly negative values mean that total and static are exchanged, or that the sign is. Warn of
     coarse steps.

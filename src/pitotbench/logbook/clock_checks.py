@@ -21,9 +21,7 @@ _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
 
 
 def check_time(draft: Draft) -> None:
-    """Drop a few rows with a repeated time stamp, and spread those of a coarse clock.
-
-    The rows of a coarse clock are spread between its stamps.
+    """Drop a few rows with a repeated time stamp, and spread rows between a coarse clock's stamps.
 
     Raises BadInputError for a clock that stands still, and for time that runs back.
     """

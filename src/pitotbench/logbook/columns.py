@@ -29,7 +29,7 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 class Table:
     """Columns in the order of the file, the header, and the warnings of the reader.
 
-    A name may occur twice.
+    Two columns may have one name.
     """
 
     names: tuple[str, ...]
@@ -279,10 +279,7 @@ _NUMBERED = re.compile(
 
 
 def numbered(name: str) -> tuple[str, int]:
-    """Return a column's name without the number of its airspeed sensor, and that number.
-
-    The number is 1 for the first sensor, and for any other column.
-    """
+    """Return a column's name without the number of its airspeed sensor, and that number, or 1."""
     found = _NUMBERED.fullmatch(name)
     return (found[1] + found[3], int(found[2])) if found else (name, 1)
 
@@ -358,10 +355,7 @@ _SLASHED = re.compile(r"(\d{1,2})[-/.](\d{1,2})[-/.](\d{4}|\d\d)")
 
 
 def is_clock(column: Column) -> bool:
-    """Return whether the first cell of a column that is not empty is a clock time.
-
-    A date with a clock time counts as well.
-    """
+    """Return whether the first filled cell of a column is a clock time, with or without a date."""
     if column.dtype.kind in "mM":
         return True
     if column.dtype.kind not in "OU":
@@ -415,9 +409,7 @@ def joined_clock(dates: Column, times: Column) -> Column:
 
 
 def zone_seconds(name: str, column: Column) -> Seconds:
-    """Return the offsets of a local clock from UTC, such as `-05:00`, as seconds, (n,).
-
-    NaN for a blank cell.
+    """Return a local clock's offsets from UTC, such as `-05:00`, as seconds, NaN if blank, (n,).
 
     Raises BadInputError that names the first row which is none.
     """

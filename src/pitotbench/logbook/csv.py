@@ -50,10 +50,9 @@ _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is
 
 @dataclass(frozen=True, slots=True)
 class _Form:
-    """How a table is written.
+    """How a table is written: begin, separator, decimal mark, and lines below the names.
 
-    The byte at which it begins, the separator, the decimal mark, and how many lines of units or
-    other names stand between the names and the first row.
+    Such lines hold units or other names and stand above the first row.
     """
 
     above: int
@@ -283,9 +282,9 @@ def _delimiter(first_line: bytes, row: bytes = b"") -> str:
 
 
 def _options(form: _Form, ragged: list[Any], types: Mapping[str, Any]) -> tuple[Any, Any, Any]:
-    """Return how to read, parse and convert.
+    """Return how to read, parse and convert, rows of another length going to `ragged`.
 
-    Rows of another length than the first line go to `ragged`.
+    The length of the first line is the right one.
     """
     from pyarrow import csv
 
@@ -310,7 +309,7 @@ def _options(form: _Form, ragged: list[Any], types: Mapping[str, Any]) -> tuple[
 def _check_ragged(ragged: list[Any], rows: int, between: int) -> list[str]:
     """Return a warning for a last line that breaks off.
 
-    Raise BadInputError for any other line of wrong length.
+    Raises BadInputError for any other line of wrong length.
     """
     if not ragged:
         return []
@@ -384,10 +383,7 @@ def _numbers(parts: "Sequence[pa.Array]") -> Array:
 
 
 def write_csv(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
-    """Write columns below a TOML header.
-
-    Numbers have the fewest digits that read back to the same value.
-    """
+    """Write columns below a TOML header, in the fewest digits that read back to the same."""
     import pyarrow as pa
     from pyarrow import csv
 

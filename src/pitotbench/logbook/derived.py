@@ -1,6 +1,6 @@
-"""Channels computed from what a display shows.
+"""Channels computed from a display: pressures from airspeed and height, velocity from track.
 
-Pressures come from airspeed and altitude, velocity from speed and track.
+The velocity takes the ground speed too.
 """
 
 from datetime import datetime, timedelta

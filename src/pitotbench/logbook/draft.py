@@ -1,7 +1,4 @@
-"""A log while it is read.
-
-Channels in SI, the columns they came from, the rows kept so far, and the warnings.
-"""
+"""A log while it is read: channels in SI, their columns, the rows kept so far, the warnings."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -253,9 +250,9 @@ _BEGIN = tuple(f"{each.name}_" for each in QUANTITIES.values() if each.essential
 
 
 def has_our_names(table: Table) -> bool:
-    """Return whether the names of a table are those of a flight log.
+    """Return whether several needed quantities are among a table's names, with a unit.
 
-    Several of the quantities that a log needs are then among them, with a unit.
+    The names are then those of a flight log.
     """
     return len(names_of_ours(table)) >= _FEWEST_OURS
 

@@ -89,7 +89,7 @@ def _show_velocity(
 ) -> None:
     """Note that the velocity comes from a display in steps [m/s].
 
-    Two numbers of it tell when it was renewed.
+    Two numbers of it tell when the display was renewed.
     """
     draft.displayed.add("velocity_north")
     if "gps_fresh" not in draft.channels:

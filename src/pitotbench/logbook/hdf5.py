@@ -1,6 +1,6 @@
-"""Read the variables of a .mat file of version 7.3, which is HDF5.
+"""Read the variables of a .mat file of version 7.3, which is HDF5, by h5py.
 
-Needs h5py, of the extra pitotbench[hdf5].
+That is of the extra pitotbench[hdf5].
 """
 
 from pathlib import Path
@@ -24,9 +24,7 @@ def is_hdf5(path: Path) -> bool:
 
 
 def load_hdf5(path: Path) -> dict[str, Any]:
-    """Return the variables of a file by name.
-
-    Arrays are as MATLAB shows them; there are texts, and structs as dictionaries.
+    """Return a file's variables by name: arrays as MATLAB shows them, texts, structs as dicts.
 
     Raises BadInputError where h5py is not installed or the file is broken.
     """

@@ -38,10 +38,7 @@ def airplane_of(log: FlightLog) -> str:
 
 
 def day_of(log: FlightLog) -> str:
-    """Return the day of the first row of a log, such as `2011-08-12`.
-
-    Empty where only the time of the day is known.
-    """
+    """Return the day of a log's first row, such as `2011-08-12`, "" where only a time is known."""
     day = str(log.header.get(START, "")).replace("T", " ").partition(" ")[0]
     return day if "-" in day else ""
 

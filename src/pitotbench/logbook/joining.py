@@ -1,7 +1,4 @@
-"""Read a foreign log through its mapping.
-
-Find its files, rename their columns, and bring them onto one time base.
-"""
+"""Read a foreign log through its mapping: find files, rename columns, join on one time base."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -116,9 +113,9 @@ def _airspeed_sensors(
 
 
 def _parameters_of_table(file: Path, pattern: str, read_table: ReadTable) -> dict[str, Any]:
-    """Return the parameters of the table `*PARM.csv` beside the first file of a log, by name.
+    """Return the parameters of the table `*PARM.csv` beside a log's first file, by name.
 
-    Empty where there is no such table.
+    {} where there is no such table.
     """
     parameter_file = file.with_name(f"{file.name.removesuffix(pattern.rpartition('*')[2])}PARM.csv")
     if not parameter_file.is_file():

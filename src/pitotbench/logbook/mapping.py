@@ -1,6 +1,6 @@
 """Read mapping files, which give the columns of a foreign log our names.
 
-The log may be in several files.
+Such a log may be in several files.
 """
 
 from collections.abc import Iterable

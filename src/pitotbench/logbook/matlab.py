@@ -178,10 +178,7 @@ def _require_unpackable(path: Path) -> None:
 
 
 def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
-    """Return the columns of a variable with their units.
-
-    A vector or a channel is one, a matrix several.
-    """
+    """Return a variable's columns with units: one of a vector or a channel, several of a matrix."""
     if isinstance(value, dict):
         stated = {key.lower(): found for key, found in value.items()}
         unit = next((str(stated[key]) for key in _UNITS if key in stated), "")

@@ -101,9 +101,9 @@ def flown_rows(draft: Draft) -> FlownRows | None:
 
 
 def find_factor(flown: FlownRows) -> Factor:
-    """Return the factor by which the reading follows the speed.
+    """Return the factor by which the reading follows the speed, with zero, change and wind.
 
-    A zero, a change at half time and a wind are found with it.
+    The change is one at half time.
 
     Over all headings a wind cannot look like a factor. On one heading it can: then the standard
     error of the factor, with the wind's usual size as knowledge, is large, and nothing is said.
@@ -283,10 +283,9 @@ _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """Velocity against heading.
+    """The angle from heading to velocity, its standard error [deg], and the rms misfit [-].
 
-    The angle from one to the other [deg], its standard error [deg], and the rms of what does not
-    fit, over the airspeed.
+    The misfit is over the airspeed.
     """
 
     angle: float
@@ -295,10 +294,7 @@ class Alignment:
 
 
 def check_heading(draft: Draft, flown: FlownRows, factor: Factor) -> None:
-    """Warn where the velocity does not follow the heading.
-
-    Leave out a heading that stands still in turns.
-    """
+    """Warn where velocity does not follow heading; leave out a heading that stands in turns."""
     heading = draft.channels.get("heading")
     if heading is None:
         return
@@ -422,10 +418,7 @@ _SPAN = 4.0
 
 
 def check_attitude(draft: Draft, flown: FlownRows, factor: Factor) -> None:
-    """Leave out a roll or pitch in another unit than its column says.
-
-    Warn of one with the wrong sign.
-    """
+    """Leave out a roll or pitch in a wrong unit, and warn of one with a wrong sign."""
     forward, right = _accelerations(flown, factor.wind)
     if "roll" in draft.channels:
         _compare(

@@ -1,7 +1,4 @@
-"""The limits of what a log may show of the air.
-
-Ends of ranges, and static pressure and temperature against height.
-"""
+"""What a log may show of the air: ends of ranges, pressure and temperature against height."""
 
 from dataclasses import dataclass
 
@@ -190,9 +187,9 @@ def _check_level(draft: Draft, name: str) -> None:
 
 
 def likely_temperatures(draft: Draft, name: str) -> list[str]:
-    """Return columns of a temperature in whose unit the day would be a usual one.
+    """Return temperature columns whose unit makes a usual day, the nearest to standard first.
 
-    The nearest to a standard day is first.
+    Standard is the standard day.
     """
     written = from_si(some(draft, name), draft.suffixes[name])
     static = np.clip(some(draft, "static_pressure"), QUANTITIES["static_pressure"].low, None)
@@ -262,9 +259,7 @@ def _check_rise(draft: Draft, name: str) -> None:
 
 
 def check_height(draft: Draft) -> None:
-    """Refuse a static pressure that another unit would bring to the height.
-
-    A pressure that is reduced to sea level is refused as well.
+    """Refuse a static pressure that is in another unit by the height, or reduced to sea level.
 
     A static pressure that nothing explains is warned of; a height in another unit is not used.
     Raises BadInputError, which names the column to write.

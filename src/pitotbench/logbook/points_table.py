@@ -166,7 +166,7 @@ def _names(path: Path) -> tuple[str, ...]:
 
 
 def read_points(path: Path) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
-    """Return the legs of a points table in their order, and the steps in which they were read.
+    """Return a points table's legs in order, and the steps in which they were read.
 
     A card without tracks may have headings instead, `heading_deg`.
 

@@ -215,10 +215,9 @@ def _filled(table: Table) -> Table:
 
 
 def _advised(table: Table, mapping: Mapping) -> Table:
-    """Return the table with what its mapping says of such logs.
+    """Return the table with its mapping's choices, kind of aircraft, and whether units are fixed.
 
-    The choices for a calibration, the kind of aircraft, and that a recorder's format fixes the
-    units.
+    A recorder's format fixes them.
     """
     advice: dict[str, object] = {CALIBRATE: dict(mapping.calibrate)} if mapping.calibrate else {}
     advice |= {KIND: mapping.kind} if mapping.kind else {}

@@ -66,10 +66,7 @@ _MOST_NAMES = 8  # of such a table that are told
 
 
 def kind_of(path: Path, name: Path) -> str:
-    """Return what a file is, which its owner calls `name`, and which command reads it.
-
-    Empty for a file that may be a log.
-    """
+    """Return what a file, called `name`, is and which command reads it; "" if it may be a log."""
     return next(
         (
             words.format(name, name.name.replace(".truth", ""))
@@ -116,10 +113,7 @@ def what_it_lacks(
 
 
 def holes_of(drafted: DraftedMapping) -> str:
-    """Return in sentences what a draft found no column for, and the way to each.
-
-    Empty where it lacks none.
-    """
+    """Return in sentences what a draft has no column for, and the way to each; "" for none."""
     holes = [
         hole
         for names, hole in zip(NEEDED, _HOLES, strict=True)

@@ -1,6 +1,6 @@
-"""Read the files of flight recorders of gliders.
+"""Read gliders' flight-recorder files: IGC, by the FAI's Technical Specification for them.
 
-IGC: the FAI's Technical Specification for GNSS Flight Recorders.
+It is that for GNSS Flight Recorders.
 """
 
 import re
@@ -147,10 +147,7 @@ def _columns(fixes: NDArray[np.bytes_], extensions: dict[str, tuple[int, int]]) 
 
 
 def _tail(fixes: NDArray[np.bytes_], span: tuple[int, int] | None) -> Array:
-    """Return further decimals of a number as a fraction of its last digit.
-
-    Zero where there are none.
-    """
+    """Return further decimals of a number as a fraction of its last digit, 0 for none."""
     return (
         np.zeros(len(fixes))
         if span is None

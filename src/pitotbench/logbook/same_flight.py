@@ -117,9 +117,9 @@ def overlap(log: FlightLog, other: FlightLog) -> float:
 
 
 def moment_of(log: FlightLog) -> float | None:
-    """Return the moment [s since 1970] at which a log's seconds begin, None without a date.
+    """Return the moment [s since 1970] at which a log's seconds begin, None without a full date.
 
-    None without a time of day, too.
+    A full date has a time of day.
     """
     stated = str(log.header.get(START, ""))
     if ":" not in stated:

@@ -1,6 +1,6 @@
-"""Read the first sheet of a spreadsheet (.xlsx) that holds a table.
+"""Read the first sheet of a spreadsheet (.xlsx) that holds a table, by openpyxl.
 
-Needs openpyxl, of the extra pitotbench[logs].
+That is of the extra pitotbench[logs].
 """
 
 import csv
@@ -58,10 +58,7 @@ def _too_large(what: str) -> BadInputError:
 
 
 def _rows(sheet: Any) -> list[list[str]]:
-    """Return the cells of a sheet as texts.
-
-    The blank rows and the blank columns at its end are left out.
-    """
+    """Return the cells of a sheet as texts, without blank rows and columns at its end."""
     rows: list[list[str]] = []
     cells = 0
     for row in sheet.iter_rows(values_only=True):

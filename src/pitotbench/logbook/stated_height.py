@@ -37,10 +37,9 @@ def stated_height(text: str) -> tuple[float, float]:
 
 
 def take_height(draft: Draft, text: str, weather: float) -> float:
-    """Give a log the static pressure of a standard day at a stated height.
+    """Give a log the standard static pressure at a stated height, and return its 2σ [Pa].
 
-    Return its 2σ [Pa], which holds that of the height and what the `weather` adds [m]. Raises as
-    `stated_height` does.
+    The 2σ holds that of the height and what the `weather` adds [m]. Raises as `stated_height` does.
     """
     height, spread = stated_height(text)
     low, high = (float(air.standard_pressure(height + step)) for step in (-1.0, 1.0))

@@ -112,9 +112,7 @@ def keep_new_airspeeds(draft: Draft) -> bool:
 
 
 def at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
-    """Return the rows, (n,), in which the impact pressure stands at the end of its range.
-
-    Rows in which it is stuck are none of them.
+    """Return the rows, (n,), with impact pressure at the end of its range, but not stuck.
 
     Where a range ends, the reading comes back by steps as it makes them elsewhere. A stuck sensor
     jumps to what the pressure has become meanwhile. Where no recording shows the way back, the
@@ -163,10 +161,7 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
 
 
 def _steps_out(draft: Draft, names: list[str]) -> Array:
-    """Return by how much the values move from each row to the next, (n,).
-
-    NaN where no record shows it.
-    """
+    """Return by how much values move from row to row, (n,), NaN where no record shows it."""
     moves = [np.diff(draft.channels[name], append=np.nan) for name in names]
     steps = np.sqrt(np.sum(np.square(moves), axis=0))
     steps[pauses(draft.channels["time"]) - 1] = np.nan

@@ -17,13 +17,11 @@ _MOST_FIELDS = 1_000_000  # of all instances of a topic; one of PX4 has some hun
 
 
 def read_topics(path: Path, topics: Sequence[str]) -> tuple[dict[str, Table], dict[str, Any]]:
-    """Return the tables of some topics and the log's parameters.
+    """Return the tables of those topics that the log has, and its parameters.
 
-    Topics that the log lacks are left out.
-
-    Names are those of `ulog2csv`: `sensor_gps_0` is the first `sensor_gps`.
-    Raises BadInputError where pyulog is not installed, the file is not a ULog, or its topics have
-    more fields than the memory holds.
+    Names are those of `ulog2csv`: `sensor_gps_0` is the first `sensor_gps`. Raises BadInputError
+    where pyulog is not installed, the file is not a ULog, or its topics have more fields than the
+    memory holds.
     """
     try:
         from pyulog import ULog  # an extra: most users never read a ULog

@@ -87,10 +87,7 @@ def mapped_file(chosen: Sequence[Guess]) -> MappedFile:
 
 
 def fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
-    """Return the guesses with the units that bring the log together best, and its refusal.
-
-    The refusal is empty where the log is read with them.
-    """
+    """Return the guesses with the units that bring the log together best, and a refusal or ""."""
     step = max(1, len(table) // _ROWS)
     sample = replace(table, columns=tuple(column[::step] for column in table.columns), warnings=())
     # No unit breaks a pitot, and to look for a broken one takes most of the time of a reading.
@@ -115,9 +112,9 @@ def fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
 
 
 def like_the_airspeed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
-    """Return the guesses with the units of a ground speed ordered by the airspeed.
+    """Return the guesses with a ground speed's units ordered by nearness to the airspeed.
 
-    The first brings it nearest to the airspeed, whose unit is known.
+    The unit of the airspeed is known.
     """
     known = [g for g in chosen if g.quantity.endswith("_airspeed") and len(g.units) == 1]
     if not known:

@@ -59,10 +59,7 @@ def aircraft_model(name: str) -> AircraftModel | None:
 def _react(
     name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True
 ) -> Reaction:
-    """Return the forces and engine readings of the aircraft in each state of a motion.
-
-    The mass is the motion's.
-    """
+    """Return an aircraft's forces and engine readings in a motion's states, at its mass."""
     return measure(*_loaded_model(name, motion, overlay or Overlay()), engines_run)
 
 
@@ -72,10 +69,7 @@ def _unit_forces(name: str, motion: Motion, paths: frozenset[str]) -> UnitForces
 
 
 def _loaded_model(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, Motion, float]:
-    """Return the aircraft at the rate that a motion needs, the motion, and a mass [kg].
-
-    The mass is the aircraft's with its ballast.
-    """
+    """Return the aircraft at a motion's rate, the motion, and the mass with ballast [kg]."""
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     fastest = float(motion.mach.max() * air.SEA_LEVEL_SOUND_SPEED)
     ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))

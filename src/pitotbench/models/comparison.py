@@ -174,9 +174,9 @@ class _Meter:
 
 
 def _defined(folder: Path) -> frozenset[str]:
-    """Return the properties that the files of an aircraft define.
+    """Return the properties that an aircraft's functions, components and outputs define.
 
-    Functions, components, outputs and declarations define them.
+    Declarations define some as well.
     """
     found: set[str] = set()
     for element in _elements(folder):
@@ -191,9 +191,7 @@ def _defined(folder: Path) -> frozenset[str]:
 
 
 def _require_whole(folder: Path, known: frozenset[str]) -> None:
-    """Raise SimulationError where an aircraft reads a property that it lacks.
-
-    The property is one that one of the two files defines.
+    """Raise SimulationError where an aircraft reads a property that only the other file defines.
 
     JSBSim ends the whole process at a property that nothing defines: such a mixture of two files is
     never loaded.
@@ -214,10 +212,7 @@ def _elements(folder: Path) -> Iterator[ET.Element]:
 
 
 def _motion(flight: Flight) -> tuple[Motion, NDArray[np.str_]]:
-    """Return the states of a flight every `STEP`, and the phase of each.
-
-    A phase is the label without speed and heading.
-    """
+    """Return a flight's states every `STEP`, and phases: labels without speed and heading."""
     every = round(STEP / float(np.median(np.diff(flight["time"]))))
     rows = np.arange(0, len(flight), every)
     absent = np.full(len(rows), np.nan)

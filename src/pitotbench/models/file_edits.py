@@ -92,10 +92,7 @@ def _sections(root: ET.Element) -> Iterator[tuple[ET.Element, Key]]:
 
 
 def content(part: ET.Element | Path) -> object:
-    """Return all that JSBSim reads of a part.
-
-    Numbers count by their value, comments and spaces do not.
-    """
+    """Return all that JSBSim reads of a part, numbers by value, without comments and spaces."""
     element = parse_xml(part).getroot() if isinstance(part, Path) else part
     return (
         element.tag,

@@ -150,9 +150,7 @@ LAGS = 0.05 * np.arange(-4, 13)
 
 
 def align_vane(maneuvers: Sequence[Maneuver]) -> tuple[list[Maneuver], float]:
-    """Return the maneuvers with the angle of attack earlier by the lag of its vane.
-
-    The lag [s] comes with them.
+    """Return maneuvers with the angle of attack earlier by its vane's lag, and that lag [s].
 
     The lag is that at which angle of attack, pitch rate and elevator explain most of the normal
     force coefficient.

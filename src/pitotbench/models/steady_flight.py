@@ -43,9 +43,9 @@ BALLAST = "weight of the handbook"
 
 @dataclass(frozen=True, slots=True)
 class Steady:
-    """A steady flight.
+    """A steady flight: state, calibrated airspeed and climb [m/s], forces [N] and power [hp].
 
-    The state, calibrated airspeed and rate of climb [m/s], thrust, lift, drag [N], power [hp].
+    The forces are thrust, lift and drag.
     """
 
     state: State
@@ -111,10 +111,7 @@ class PerformanceModel:
 
 
 def _add_ballast(root: ET.Element) -> int:
-    """Add a point mass of no weight at the center of gravity of the empty aircraft.
-
-    Return its number.
-    """
+    """Add a weightless point mass at the empty aircraft's center of gravity; return its number."""
     mass = root.find("mass_balance")
     place = None if mass is None else mass.find("location[@name='CG']")
     if mass is None or place is None:
@@ -328,10 +325,7 @@ def best_climb(
 def find_ceiling(
     model: PerformanceModel,
 ) -> tuple[float, float, list[tuple[float, Steady, list[Steady]]]]:
-    """Return the service and the absolute ceiling [m], and the climbs at each height.
-
-    A ceiling is NaN where none is found.
-    """
+    """Return service and absolute ceiling [m], NaN for none, and the climbs at each height."""
     slow = stall(model, 0.0, 0.0).calibrated
     climbs = []
     for height in np.arange(0.0, HIGHEST + 1.0, HEIGHT_STEP):

@@ -94,9 +94,7 @@ _DERIVED = legendre.legder(np.eye(_DEGREES))  # of each polynomial, in those of 
 
 @dataclass(frozen=True, slots=True)
 class SmoothModel:
-    """A smooth curve over a range of x = q_ci/q_ref, and a straight line in ln x beyond it.
-
-    The range is `low` to `high`.
+    """A smooth curve over x = q_ci/q_ref from `low` to `high`, a straight line in ln x beyond.
 
     A curve of which nothing is known but that it is smooth. It is a level, a slope in ln x, a part
     in 1/x (the error of a static source follows the angle of attack, and the lift coefficient of

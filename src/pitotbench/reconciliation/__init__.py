@@ -1,7 +1,4 @@
-"""From a measured log to the effect that the model lacks.
-
-The steps are: check, locate, name, close, patch, advise.
-"""
+"""From a measured log to the missing effect: check, locate, name, close, patch, advise."""
 
 from pitotbench.reconciliation.fitting import fit_gaps as fit_gaps
 from pitotbench.reconciliation.free_parameters import AnalysisSetting as AnalysisSetting

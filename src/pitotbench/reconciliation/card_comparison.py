@@ -286,10 +286,7 @@ def _smooth(time: Seconds, values: Array) -> Array:
 def _histories(
     label: str, begin: float, measured: Parts, simulated: Parts, patched: Parts
 ) -> list[History]:
-    """Measured, simulated and patched quantities over one segment of a log.
-
-    The segment begins at a time [s].
-    """
+    """Return measured, simulated and patched quantities over a segment from a time [s] on."""
     parts = [flight[label] for flight in (measured, simulated, patched)]
     histories = []
     for name, (unit, _) in QUANTITIES.items():

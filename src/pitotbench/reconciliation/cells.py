@@ -48,9 +48,9 @@ class Cell:
 
 
 def is_examined(cell: Cell) -> bool:
-    """Whether a cell is examined.
+    """Return whether a cell is examined: of the heading for compass and GPS only.
 
-    The heading matters to compass and GPS, not to forces and engines.
+    The heading does not matter to forces and engines.
     """
     return not cell.variable.startswith("heading") or cell.channel in WITH_HEADING
 
@@ -112,9 +112,7 @@ def variables(track: Track, grid: Grid) -> dict[str, Array]:
 
 
 def cells(track: Track, grid: Grid, base: ChannelResiduals) -> tuple[tuple[Cell, ...], Array]:
-    """Return the cells of all channels, and their shapes, (n, k).
-
-    A shape is one column for each variable and phase.
+    """Return the cells of all channels, and the shape of each variable and phase, (n, k).
 
     Every channel has the same shapes.
     """

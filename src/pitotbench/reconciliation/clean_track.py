@@ -63,10 +63,7 @@ def _static_pressure(track: Track, smooth: Track) -> Array:
 
 
 def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
-    """GPS altitude whose quick changes come from the vertical velocity.
-
-    Empty without one of the two.
-    """
+    """Return GPS altitude with quick changes by vertical velocity; empty without one of them."""
     if "altitude" not in track or "velocity_down" not in track:
         return {}
     return {

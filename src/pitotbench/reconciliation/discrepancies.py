@@ -82,9 +82,9 @@ def discrepancy_of(
 
 
 def _log_evidence(inner: Array) -> Array:
-    """The logarithm of the evidence of columns in units of their deviations.
+    """Return ln of the evidence of columns by inner products (..., q + 1, q + 1).
 
-    The inner products are (..., q + 1, q + 1), with the residual last.
+    The columns are in units of their deviations, with the residual last.
     """
     normal, right = inner[..., :-1, :-1] + np.eye(inner.shape[-1] - 1), inner[..., :-1, -1:]
     fall = np.sum(right * np.linalg.solve(normal, right), axis=(-2, -1))

@@ -108,9 +108,9 @@ class NormalEquations:
 
 
 def equations_from(products: Array, free: int, deviations: Array) -> NormalEquations:
-    """Return the equations of inner products, (b, m, m).
+    """Return the equations of inner products, (b, m, m), and prior deviations, (k,).
 
-    The prior deviations of the free parameters are (k,).
+    The deviations are those of the free parameters.
     """
     whole = Information(products.sum(axis=0))
     rest = range(free, len(whole.inner) - 1)
@@ -156,9 +156,7 @@ def noise_residuals(layout: Layout) -> Array:
 
 
 def noise_of_log(layout: Layout) -> NoiseModel:
-    """Return the noise that the log itself shows.
-
-    Free parameters and the means of the cells are fitted before.
+    """Return the noise that the log itself shows beside free parameters and means of cells.
 
     So a gap that has a place does not count as noise. In a short log the cells take a part of what
     wanders. The change of an angle shares its noise with the angle, but over some seconds alone:
@@ -169,10 +167,7 @@ def noise_of_log(layout: Layout) -> NoiseModel:
 
 
 def shortness_of(layout: Layout) -> float:
-    """Return how many times longer a log should be for the noise that it shows itself.
-
-    1 is some 350 instants.
-    """
+    """Return how many times longer a log should be for its own noise; 1 is some 350 instants."""
     wanted = THRESHOLDS.instants_a_size * (layout.shapes.shape[1] + ORDER)
     return float(wanted / len(layout.grid))
 

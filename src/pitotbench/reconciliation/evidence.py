@@ -113,10 +113,7 @@ def significance(fit: Fit) -> float:
 
 
 def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]:
-    """Return the fitted sizes by the names of their parameters.
-
-    The bound includes the error of the method.
-    """
+    """Return the fitted sizes by parameter, the error of the method in their bounds."""
     fitted = zip(fit.columns, fit.sizes, fit.deviations, strict=True)
     return tuple(
         Estimate(

@@ -102,9 +102,9 @@ def earth_acceleration(track: Track) -> Array | None:
 
 
 def quick_velocity(track: Track) -> Mapping[str, Array]:
-    """Ground velocity with the quick changes of the accelerometers.
+    """Return the ground velocity with the quick changes of the accelerometers.
 
-    Empty without these, or where they shake.
+    {} without these, or where they shake.
     """
     acceleration = earth_acceleration(track)
     if acceleration is None or _is_noisy(track, acceleration):

@@ -243,7 +243,7 @@ def _true_pressure(indicated: Array, sizes: Mapping[str, float]) -> Array:
 def curve_share(impact_pressure: Array, sizes: Mapping[str, float]) -> Array:
     """Return Δp/q_c at indicated impact pressures [Pa], (n,), of a curve of these sizes.
 
-    Other names are ignored.
+    Sizes of other names are ignored.
     """
     basis = CURVE.basis(impact_pressure / REFERENCE_PRESSURE)
     share = np.zeros(len(impact_pressure))

@@ -325,9 +325,9 @@ def of_patch(
 def _residuals(
     reference: ReferenceState, track: Track, measured: Booleans, setting: AnalysisSetting
 ) -> ChannelResiduals:
-    """The residuals of a track with their slack.
+    """Return a track's residuals, with the slack that tells how far each is beyond noise.
 
-    The slack tells how far each is beyond noise, and whether it is used.
+    The slack also tells whether a residual is used.
     """
     residuals = reference.residuals_of(track)
     unusable = np.where(_usable(track, measured, reference.grid, setting), 0.0, UNUSABLE)

@@ -41,9 +41,7 @@ class NoiseModel:
     correlation: Array
 
     def innovations(self, values: Array, grid: Grid, slack: Array) -> Array:
-        """Return the innovations of each channel over their deviations.
-
-        The values are (n, c) or (n, c, k).
+        """Return the innovations of each channel over their deviations, (n, c) or (n, c, k).
 
         `slack` (n, c) adds to the deviations. Rows whose past is not complete, or holds an unused
         instant, are zero.
@@ -90,10 +88,7 @@ class NoiseModel:
         return out
 
     def given_others(self, innovations: Array) -> Array:
-        """Return each innovation less its prediction from the other channels then, (n, c).
-
-        The result is in units of its standard deviation.
-        """
+        """Return innovations less their prediction from the other channels then, (n, c) [σ]."""
         precision = np.linalg.inv(self.correlation)
         return np.asarray(innovations @ precision / np.sqrt(np.diag(precision)))
 
@@ -121,7 +116,7 @@ class NoiseModel:
     def whiten_alone(self, shapes: Array, grid: Grid, slack: Array) -> Array:
         """Return shapes (n, s), each in one channel only, whitened, (n, c, c·s).
 
-        The last axis is in the order of the channels.
+        The last axis has the shapes of one channel after another.
         """
         (n, s), c = shapes.shape, len(self.names)
         innovations = self.innovations(np.broadcast_to(shapes[:, None, :], (n, c, s)), grid, slack)

@@ -103,9 +103,7 @@ def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
 def powers_over(
     flights: Sequence[Mapping[str, float]], instants: int, gusts: Measure
 ) -> dict[str, Measure]:
-    """Return mean and deviation of the power of each channel over null flights.
-
-    The flights have so many instants each.
+    """Return mean and deviation of each channel's power over null flights of so many instants.
 
     No deviation is below that of white noise, or below that between flights of other days and
     pilots. In turbulence the channels of the wind triangle are not included.
@@ -341,10 +339,7 @@ def _in_turn(work: Callable[[Any], Any], flights: Sequence[Any]) -> list[Any]:
 
 
 def scores_of(flight: Flight) -> FlightScores:
-    """Return the scores of all effects and cells of one null flight.
-
-    Events stand where they fit best.
-    """
+    """Return the scores of a null flight's effects and cells, events placed where they fit best."""
     layout, noise = flight[0], scaled_to(flight[1], flight[0])
     layout = placed_in_time(layout, noise)
     equations = whitened_equations(layout, noise)

@@ -93,10 +93,7 @@ def flights_of(
 
 
 def holding(causes: dict[str, float]) -> tuple[str, ...]:
-    """Return the causes of the smallest set that holds a gap.
-
-    The causes come with the most probable first.
-    """
+    """Return the causes of the smallest set that holds a gap, from causes by probability."""
     cumulative = np.cumsum([*causes.values()])
     return tuple(causes)[
         : 1 + int(np.searchsorted(cumulative, THRESHOLDS.set_holds * cumulative[-1]))

@@ -101,10 +101,7 @@ def not_told(gaps: Sequence[Gap], chosen: str, flown: Sequence[str] = ()) -> str
 
 
 def name_in_case(name: str) -> str:
-    """Return the name of an effect in a case file.
-
-    A form for a part of the flight goes by that of its effect.
-    """
+    """Return an effect's name in a case file, that of the whole effect for a form in time."""
     return effect_of(name).part_of or name
 
 
@@ -160,10 +157,7 @@ def flights_to_fly(
 
 
 def maneuver_to_fly(groups: Sequence[Sequence[str]], flown: Sequence[str] = ()) -> str:
-    """Return the first maneuver of the advice of `flights_to_fly` that was not flown.
-
-    Empty without one.
-    """
+    """Return the first maneuver of the advice of `flights_to_fly` not flown, "" for none."""
     advised = [maneuver for names in groups for way, _ in _ways(names, flown) for maneuver in way]
     return next((each for each in advised if each not in flown), "")
 

@@ -39,9 +39,8 @@ OPEN = "what_the_forms_leave_open"  # step of the waterfall
 def waterfall(block: Block, fit: Fit, effects: Collection[str]) -> tuple[Step, ...]:
     """Return the sum of squares that remains as the effects of a fit are added one by one.
 
-    The last one is with what their forms leave open.
-
-    The sizes are those fitted together. The effect that removes most comes first.
+    The sizes are those fitted together. The effect that removes most comes first, what their forms
+    leave open last.
     """
     waiting: dict[str, list[int]] = {}
     for place, column in enumerate(fit.columns):
@@ -57,7 +56,7 @@ def waterfall(block: Block, fit: Fit, effects: Collection[str]) -> tuple[Step, .
 
 
 def _remaining(block: Block, fit: Fit, places: Sequence[int]) -> float:
-    """Sum of squares beyond the floor with some of the columns of a fit at their sizes.
+    """Return the sum of squares beyond the floor with some of a fit's columns at their sizes.
 
     The others are absent.
     """
@@ -66,10 +65,7 @@ def _remaining(block: Block, fit: Fit, places: Sequence[int]) -> float:
 
 
 def traces(block: Block, fit: Fit) -> tuple[Trace, ...]:
-    """Return every residual channel over time, and the part that a fit explains.
-
-    The free parameters are taken out.
-    """
+    """Return every residual channel over time less free parameters, and the part of a fit."""
     layout = block.layout
     free = layout.free.columns @ block.equations.free_sizes(fit.columns)
     explained = _moved(layout, fit)

@@ -559,9 +559,9 @@ class Regression:
     def _gains(
         self, members: Sequence[FittedHypothesis], new: Sequence[FittedHypothesis]
     ) -> tuple[float, float]:
-        """Return the falls of the sum of squares in parts left out and in the fit.
+        """Return the falls of the sum of squares in parts left out and in the fit, by `new`.
 
-        They are by the hypotheses `new` beside the `members`.
+        The hypotheses are fitted beside the `members`.
         """
         held = inside = 0.0
         for block in self.blocks:

@@ -1,4 +1,4 @@
-"""Renew signatures at the sizes and the times that a log shows.
+"""Renew signatures at the sizes and times that a log shows, and lay out logs anew.
 
 A log is also laid out here with effects in the model.
 """
@@ -147,10 +147,7 @@ def _with_measured_vanes(layout: Layout, entries: Entries) -> Layout:
 
 
 def sensor_change(reference: ReferenceState, entries: Entries) -> Array:
-    """Return the change of the residuals by effects on the sensors together, (n, c).
-
-    Other effects do not count.
-    """
+    """Return the change of the residuals by the effects on sensors together, (n, c)."""
     clean = reference.clean
     return reference.change_by(
         clean.replaced({n: clean[n] + moved for n, moved in _shift(clean, entries).items()})
@@ -396,19 +393,14 @@ def _promising(layout: Layout, noise: NoiseModel) -> list[_Stretch]:
 
 
 def _may_be_timed(name: str) -> bool:
-    """Whether an effect is looked for in parts of the flight.
-
-    The plain form of a cause without times of its own is.
-    """
+    """Return whether an effect is looked for in parts of the flight: a plain form without times."""
     effect = FITTED[name]
     plain = not (effect.variant_of or effect.one_model_with or effect.for_whole_flight)
     return plain and not happens_once(name) and f"{name}_for_a_time" in FITTED
 
 
 class _Scan:
-    """Inner products of every signature from each of some times on.
-
-    The free parameters are eliminated.
+    """Inner products of signatures from some times on, free parameters eliminated.
 
     A signature that begins at an instant is whitened like any other: from `ORDER` instants later on
     it is that of the whole flight.

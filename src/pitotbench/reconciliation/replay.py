@@ -49,10 +49,7 @@ class Replay:
     split: float = 0.0
 
     def shifted(self, track: Track) -> Array:
-        """Return the answer in the states of another track, to first order, (m, 12).
-
-        The track has the same rows.
-        """
+        """Return the answer in another track's states in the same rows, to first order, (m, 12)."""
         values, states = self.values.copy(), varied_states(track, self.rows)
         for name, slope in self.slopes.items():
             moved = np.broadcast_to(states[name] - getattr(self.motion, name), len(values))
@@ -131,10 +128,7 @@ def _windows(
 def _means(
     rows: NDArray[np.intp], every: int, length: int, back: float
 ) -> Callable[[Array], Array]:
-    """Means over `every` row steps by the trapezoidal rule.
-
-    A share `back` of the steps lies before each row.
-    """
+    """Return trapezoidal means over `every` row steps, a share `back` of them before each row."""
     first = -round(back * every)
     weights = np.ones(every + 1)
     weights[[0, -1]] = 0.5

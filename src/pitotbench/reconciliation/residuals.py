@@ -191,10 +191,7 @@ def channel_residuals(
 def change_by_answer(
     names: tuple[str, ...], track: Track, grid: Grid, rows: Indices, added: Array
 ) -> Array:
-    """Return the change of the residuals, (n, c), by a growth of the answer of a model.
-
-    The growth is that at `rows`, (m, 12).
-    """
+    """Return the residuals' change, (n, c), by a growth of a model's answer at `rows`, (m, 12)."""
     change = np.zeros((len(grid), len(names)))
     lower = grid.smooth_answer(added, rows)
     for i, name in enumerate(REACTION_NAMES):
@@ -386,9 +383,7 @@ class ForceModel:
     unchanged: dict[bool, Array] = field(default_factory=dict)
 
     def along(self, motion: Motion, aircraft: AircraftModel | None = None) -> "ForceModel":
-        """Return the model with its answer along a motion measured anew.
-
-        The answer may be that of another aircraft.
+        """Return the model with its answer, or another aircraft's, along a motion measured anew.
 
         Its slopes stay, and what was measured in coarse steps stays for the same aircraft.
         """

@@ -56,10 +56,7 @@ class Hypothesis:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeighedSet:
-    """A set of hypotheses as members of a fit, and its weight.
-
-    The weight is the logarithm of its prior odds times its evidence.
-    """
+    """A set of hypotheses as members of a fit, and ln of its prior odds times evidence."""
 
     members: tuple[FittedHypothesis, ...]
     log_weight: float

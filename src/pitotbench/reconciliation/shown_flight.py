@@ -103,11 +103,10 @@ def strongest(places: Sequence[Located]) -> list[Located]:
 
 
 def free_sizes(each: ShownFlight) -> Iterable[FreeSize]:
-    """The log's own unknowns that lie beyond a bound.
+    """Yield the log's own unknowns beyond what their priors and null flights show.
 
-    The bound is that of their priors and of what null flights show. What these show adds to the
-    bound of the size: a vane reads gusts whole, and on flights without an error seems to have a
-    wrong scale.
+    What these show adds to the bound of the size: a vane reads gusts whole, and on flights without
+    an error seems to have a wrong scale.
     """
     free, on_null = each.block.layout.free, each.block.null.scores.free
     sizes, deviations = each.block.equations.free_estimates(each.fit.columns)

@@ -104,9 +104,7 @@ def _of_effect(reference: ReferenceState, effect: Effect) -> Iterator[Signature]
 def signature_of(
     reference: ReferenceState, effect: Effect, parameter: str, size: float
 ) -> Signature | None:
-    """Return the signature of one parameter at a size.
-
-    The other sizes are zero and the shapes typical.
+    """Return the signature of one parameter at a size, other sizes zero and shapes typical.
 
     None where this log cannot show it: a channel that it changes is missing, vanes that it takes
     are, or no residual changes.
@@ -227,9 +225,9 @@ def _warmed(reference: ReferenceState, warmer: float) -> Array | None:
 
 
 def _spares_engines(overlay: Overlay) -> bool:
-    """Whether an overlay adds only forces and moments of the air.
+    """Return whether an overlay adds only forces and moments of the air, so that thrust cancels.
 
-    Thrust then cancels in the difference.
+    It cancels in the difference.
     """
     elsewhere = [s for s in overlay.settings if not s.path.startswith(OF_THE_AIR)]
     return not (elsewhere or overlay.masses or overlay.forces or overlay.filters)
@@ -288,10 +286,10 @@ EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its ti
 
 
 def searched_shapes(effect: Effect) -> tuple[Parameter, ...]:
-    """Return the shapes of an effect that are searched for: times, and those of another form.
+    """Return the shapes of an effect that are searched for: times, and all of another form.
 
-    That is another form of a cause. Of an effect for a part of the flight only its begin and end
-    are searched for.
+    Another form is one of a cause. Of an effect for a part of the flight only its begin and end are
+    searched for.
     """
     if effect.part_of:
         return tuple(p for p in effect.parameters if p in (FROM, TO))

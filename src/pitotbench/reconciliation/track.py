@@ -198,10 +198,7 @@ class Grid:
         return np.asarray(self._answer_weights(rows) @ values)
 
     def _answer_weights(self, rows: Indices) -> csr_array:
-        """The filter as a matrix from values at some rows to the instants, (n, m).
-
-        The last one is kept.
-        """
+        """Return the filter from values at some rows to the instants, (n, m), the last one kept."""
         if not self._kept or self._kept[0][0] is not rows:
             self._kept[:] = [(rows, self._new_weights(rows))]
         return self._kept[0][1]

@@ -272,9 +272,9 @@ def _raise_to(probabilities: dict[str, float], found: FoundGap, worth: float) ->
 
 
 def may_be_form(found: FoundGap, gaps: Sequence[FoundGap]) -> bool:
-    """Return whether a gap may be what the form of a larger one leaves.
+    """Return whether a gap may be what the form of a larger sensor effect of its part leaves.
 
-    The larger one is a sensor effect of the same part, whose law is seldom that of the table.
+    The law of such an effect is seldom that of the table.
     """
     effects = [effect_of(effect_and_size(each.member.name)[0]) for each in (found, *gaps)]
     larger = [each.log_bayes_factor > found.log_bayes_factor for each in gaps]
@@ -287,8 +287,8 @@ def may_be_form(found: FoundGap, gaps: Sequence[FoundGap]) -> bool:
 def may_be_gusts(fitted: Fitted, found: FoundGap) -> bool:
     """Return whether gusts may make a gap of a moment.
 
-    So where no vane shows them, and no null flight tells how the airplane and its controls answer
-    them.
+    Without vanes nothing shows gusts, and without null flights nothing tells how the airplane and
+    its controls answer them.
     """
     blocks = fitted.regression.blocks
     unseen = all(is_without_vanes(b.layout.track) and b.null.flights == 0 for b in blocks)

@@ -1,6 +1,6 @@
-"""The records that packages exchange, and what all share.
+"""The records that packages exchange, and what all share: errors, checks, accuracies, views.
 
-Errors, usual accuracies, checks of arrays, views in a notebook.
+Views are those in a notebook.
 """
 
 from collections.abc import Iterable
@@ -20,17 +20,14 @@ class BadInputError(ValueError):
 
 
 class NoAnswerError(RuntimeError):
-    """The input is valid but does not determine an answer: not observable, or not converged.
+    """The input is valid but does not determine an answer: exit code 3.
 
-    Exit code 3.
+    It is not observable, or not converged.
     """
 
 
 class OneHeadingError(NoAnswerError):
-    """All headings of a log are alike.
-
-    The wind along them and the level of the curve are one unknown.
-    """
+    """All headings are alike: the wind along them and the curve's level are one unknown."""
 
 
 class UndeterminedError(NoAnswerError):

@@ -15,10 +15,7 @@ from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecon
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """An estimate and its ±2σ bound, in one unit.
-
-    The bound is made to contain the true value in 95 % of cases.
-    """
+    """An estimate and its ±2σ bound, in one unit, made to hold the truth in 95 % of cases."""
 
     name: str
     value: float
@@ -114,9 +111,11 @@ class FixedSpeedPoint:
 
 @dataclass(frozen=True, slots=True)
 class PublishedCurve:
-    """The airspeed calibration of a handbook, of one configuration.
+    """A handbook's airspeed calibration: calibrated by indicated airspeed [m/s], (n,) each.
 
-    Calibrated by indicated airspeed, (n,) each [m/s], both growing. `source` is the file's name.
+    A curve is that of one configuration.
+
+    Both grow. `source` is the file's name.
     """
 
     source: str
@@ -320,9 +319,9 @@ class WindChange:
 
 @dataclass(frozen=True, slots=True)
 class GustsFound:
-    """The gusts of a log: their standard deviation and length.
+    """The gusts of a log, by deviation and length, and the deviation of a drifting wind.
 
-    Further the standard deviation of a drifting wind, and the number of block means.
+    `blocks` is the number of block means.
     """
 
     deviation: float = field(metadata={"key": "gust_deviation_mps"})
@@ -383,14 +382,11 @@ class Scale:
 
 @dataclass(frozen=True, slots=True)
 class RecordedAutopilot:
-    """The airspeed parameters that a log was flown with, by name.
-
-    Further the wash of a propeller that it shows, and the number of the sensor.
+    """The airspeed parameters of a log by name, the propeller wash it shows, and the sensor.
 
     `wash`: by how much the indicated airspeed [m/s] reads higher at full power than at idle; its 2σ
-    is infinite
-    where power follows airspeed, so that the log does not distinguish them. None where no power was
-    recorded.
+    is infinite where power follows airspeed, so that the log does not distinguish them. None where
+    no power was recorded.
     """
 
     parameters: Mapping[str, float]
@@ -525,11 +521,9 @@ class Calibration(Shown):
         return cast("list[str]", views().doubts_of(self))
 
     def save(self, path: str | Path) -> None:
-        """Write the answer in the form that the name of a file asks for.
+        """Write the answer in the form of a name: page (.html), card (.csv) or data (.json).
 
-        The page (.html), the airspeed card (.csv), or the data of `calibrate --json` (.json).
-
-        Raises BadInputError for another name.
+        The card is that of airspeeds, the data those of `calibrate --json`.
         """
         views().save(self, Path(path))
 
@@ -541,9 +535,9 @@ class Calibration(Shown):
             raise AttributeError(f"a {type(self).__name__} has no {name!r}{hint}")
 
     def write_page(self, path: str | Path, units: str = "") -> None:
-        """Write the answer, its picture and its card as a page (.html), in kt and ft.
+        """Write the answer, its picture and its card as a page (.html), in `units` or kt and ft.
 
-        Or in `units` such as `km/h,m`. Raises BadInputError for another name or unit.
+        Such units are `km/h,m`. Raises BadInputError for another name or unit.
         """
         views().write_page(self, Path(path), units)
 
@@ -564,9 +558,9 @@ class Calibration(Shown):
         views().write_card(self, Path(path))
 
     def judge(self, rule: str = "auto") -> list[Any]:
-        """Return the judgments by a rule.
+        """Return the judgments by a rule: `far23`, `far25`, `auto`, or your own.
 
-        The rules are `far23`, `far25`, `auto`, or your own, such as `2%,3kt,30ft`.
+        Your own is such as `2%,3kt,30ft`.
 
         Each has the `rule`, its margins and a `sentence`. Raises BadInputError for another rule.
         """

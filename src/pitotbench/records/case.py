@@ -1,7 +1,4 @@
-"""The configuration of one synthetic flight and of its sensing, with its rules.
-
-The rules are those that the numbers satisfy.
-"""
+"""The configuration of one synthetic flight and of its sensing, with the rules it satisfies."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -41,9 +38,9 @@ def rates_for(air_rate: float) -> tuple[float, ...]:
 
 
 def rate_problem(rate: float, air_rate: float | None = None) -> str | None:
-    """Return why a flight is not integrated at a rate [Hz], None if it is.
+    """Return why a flight is not integrated at a rate [Hz], beside that of air data; None if it is.
 
-    The rate of the air data [Hz] is considered where it is given.
+    The latter [Hz] is considered where it is given.
     """
     if rate not in possible_rates():
         known = ", ".join(f"{each:g}" for each in possible_rates())
@@ -266,10 +263,7 @@ _NAMES = {
 
 
 def broken_rules(tree: Any, written: Callable[[Place], str]) -> Iterator[str]:
-    """Yield each rule that a tree of fields [SI] breaks.
-
-    The line begins with the key as the file spells it.
-    """
+    """Yield each rule that a tree of fields [SI] breaks, beginning with the key as in the file."""
     leaves = dict(_leaves(tree, ()))
     for place, value in leaves.items():
         if isinstance(value, float) and not isfinite(value):

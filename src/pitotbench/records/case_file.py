@@ -36,9 +36,7 @@ def case_table(case: Case, omit: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def read_case(source: Path | str) -> Case:
-    """Read a case from a TOML file, or from TOML text.
-
-    Any string with a line break or an equals sign is a text.
+    """Read a case from a TOML file, or from a text: any with a line break or an equals sign.
 
     Missing keys keep their defaults. Raises BadInputError that lists every problem with its key.
     """

@@ -8,9 +8,7 @@ from pitotbench.units import Array
 
 @dataclass(frozen=True, slots=True)
 class ChannelChange:
-    """What changed in a channel in a phase of a flown motion.
-
-    Root mean square and largest change [`unit`].
+    """A channel's root mean square and largest change [`unit`] in a phase of a flown motion.
 
     `share` is the largest change over the channel's largest value in the whole motion,
     `coefficient` the root mean square as a coefficient; None where the channel has none. `growth`

@@ -83,10 +83,7 @@ class _Reading:
         return ".".join(self._spelled.get(place[: i + 1], part) for i, part in enumerate(place))
 
     def record(self, kind: type, table: object, place: Place) -> Any:
-        """Return the fields of a record from a table.
-
-        Another value is noted as a problem and returned.
-        """
+        """Return a record's fields from a table; any other value is noted and returned."""
         if not isinstance(table, Mapping):
             example = ", ".join(f"{canonical_key(f)} = …" for f in fields(kind)[:2])
             self.problems.append(

@@ -46,10 +46,7 @@ class Flight:
 
     @property
     def duration(self) -> float:
-        """The recorded time [s].
-
-        The set-up between speeds is flown but not recorded, and does not count.
-        """
+        """The recorded time [s], without the set-ups between speeds, which are flown unrecorded."""
         return len(self) * self._step
 
     @property

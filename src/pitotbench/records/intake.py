@@ -1,7 +1,4 @@
-"""Limits of what others wrote.
-
-Packed files, and TOML by its size, its depth and the dots of its keys.
-"""
+"""Limits of what others wrote: packed files, and TOML by size, depth and dots of keys."""
 
 import tomllib
 from pathlib import Path

@@ -53,10 +53,7 @@ class CardLeg(CardRow):
 
 @dataclass(frozen=True, slots=True)
 class ReadingSteps:
-    """The steps in which the displays of a card were read.
-
-    Airspeeds [m/s], height [m], temperature [K], track [rad].
-    """
+    """The steps of a card's displays: airspeeds [m/s], height [m], temperature [K], track [rad]."""
 
     indicated_airspeed: float
     pressure_altitude: float
@@ -106,10 +103,9 @@ class CardPoint:
 
 @dataclass(frozen=True, slots=True)
 class HandCard:
-    """The answer of a card.
+    """The answer of a card: points, curves by configuration, slips, warnings, and stated priors.
 
-    Points in their order, a curve by configuration, the slips found, warnings, which tell the slips
-    too, and the priors that were stated, by name.
+    Points are in their order; the warnings tell the slips too; priors go by name.
     """
 
     points: tuple[CardPoint, ...]
@@ -202,10 +198,11 @@ class KnownSpeedResult:
 
 @dataclass(frozen=True, slots=True)
 class HandPlan:
-    """A card to fly.
+    """A card to fly: legs a point, airspeeds [m/s], how often, minutes, and 2σ of its curve [m/s].
 
-    Legs a point, airspeeds [m/s] in the order to fly them, how often, minutes, and 2σ [m/s] of the
-    curve, mean over its airspeeds.
+    The airspeeds are in the order to fly them.
+
+    The 2σ of the curve is the mean over its airspeeds.
     """
 
     legs: int

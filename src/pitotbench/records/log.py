@@ -74,9 +74,7 @@ UNITS_OF_A_LOG = {"air_data": PRESSURE, "velocity": NAMED}  # without that entry
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class FlightLog(Shown, Recorded):
-    """A flight log: one row a sample at the air-data rate, in SI and radians.
-
-    Arrays are (n,) and read-only.
+    """A flight log: one row a sample at the air-data rate, read-only arrays (n,), SI and radians.
 
     The channels are those of `channels.Recorded`; an optional channel is None where the log lacks
     it. `header` is the table of entries above the columns of the file. Raises RecordError where
@@ -238,9 +236,9 @@ class InputFile:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A choice that acted on an answer, in words.
+    """A choice that acted on an answer, in words, with who made it.
 
-    Who made it is `stated`, `mapping` or `default`.
+    `source` is `stated`, `mapping` or `default`.
     """
 
     name: str
@@ -250,10 +248,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Provenance of an answer: files, choices, versions by name, and the date of the run.
-
-    The date is in UTC.
-    """
+    """Provenance of an answer: files, choices, versions by name, and the date of the run in UTC."""
 
     inputs: tuple[InputFile, ...] = ()
     choices: tuple[Choice, ...] = ()

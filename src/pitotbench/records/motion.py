@@ -1,7 +1,4 @@
-"""The two sides of an equation-error comparison.
-
-A measured motion, and the forces of a model in that motion.
-"""
+"""The sides of an equation-error comparison: a measured motion, and a model's forces in it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -50,9 +50,7 @@ def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = (
 
 
 def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path] = ()) -> None:
-    """Raise BadInputError unless files can be written to the folder `path`.
-
-    The folder may not exist yet.
+    """Raise BadInputError unless files can be written to `path`, a folder that need not exist.
 
     `names` are the files that will be written there; none of them may be one of the `inputs`.
     """

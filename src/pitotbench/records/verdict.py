@@ -27,9 +27,9 @@ def where(phase: str, variable: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """A place of the gap.
+    """A place of the gap: channel, phase of flight or variable, and significance in σ.
 
-    Channel, phase of flight or variable (one of them empty, or both), significance in σ.
+    One of phase and variable is empty, or both.
     """
 
     channel: str
@@ -83,9 +83,9 @@ class Closure:
 
     @property
     def share(self) -> float:
-        """The share of the explainable gap that is closed.
+        """The share of the explainable gap that is closed, 1 for all of it.
 
-        (before − after)/(before − noise): 1 closed, 0 as before.
+        That is (before − after)/(before − noise), 0 where all is as before.
         """
         return (self.before - self.after) / max(self.before - self.noise, 1e-9)
 

@@ -1,7 +1,4 @@
-"""Turn a Flight (the truth) into a FlightLog (the recording of a data system).
-
-Channels, (n,), are SI.
-"""
+"""Turn a Flight (the truth) into a FlightLog (a data system's recording), (n,) in SI."""
 
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS as CALIBRATION_CHANNELS
 from pitotbench.sensing.recorder import LOG_CHANNELS as LOG_CHANNELS

@@ -42,9 +42,7 @@ _RATES = re.compile(r"\s*(\d+(?:\.\d+)?)\s*/\s*(\d+(?:\.\d+)?)\s*")
 
 
 def data_system(text: str) -> DataSystem:
-    """Return the data system of a name, such as `20/1`: rates of air data over GPS [Hz].
-
-    Any rates `A/G` are one.
+    """Return the data system of a name `A/G`: rates of air data over GPS [Hz], as `20/1`.
 
     The ratio need not be a whole number. A GPS below 10 Hz gets the noise of a receiver without
     inertial unit. Raises BadInputError for text that is not a pair of rates, and for rates that
@@ -97,10 +95,7 @@ _CLOCK_DECIMALS = 6  # the log's clock resolves a microsecond
 
 @dataclass(frozen=True, slots=True)
 class Instants:
-    """Instants of a flight, (n,).
-
-    `below` is the sample at or before each, `weight` the share of the next one.
-    """
+    """Instants of a flight, (n,): the sample `below` or at each, and the next one's `weight`."""
 
     below: Indices
     weight: Array

@@ -171,10 +171,9 @@ _LOCATIONS = {
 
 
 def _conditions(result: Calibration) -> Iterator[str]:
-    """Return for what the answer holds.
+    """Return what the answer holds for: parts of the log [min], place of the error, assumptions.
 
-    The parts of the log, in minutes of it, the place of the error, which decides what it does to
-    the altitude, and what is assumed.
+    The place decides what the error does to the altitude.
     """
     if result.left_out:
         start, more = result.log_start, len(result.parts) - _MOST_PARTS
@@ -254,10 +253,9 @@ def _numbers(result: Calibration) -> list[Heading]:
 
 
 def _fit(result: Calibration) -> Iterator[str]:
-    """Return what was fitted, with its bounds.
+    """Return what was fitted with its bounds: parameters, wind, residual and state of the fit.
 
-    The parameters of the model, the wind velocity, what widens the bounds, the residual and the
-    state of the fit.
+    What widens the bounds is there as well.
     """
     values = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
     yield f"parameters (± is 2σ): {values}; x = q_ci / {result.reference_pressure:.2f} Pa"

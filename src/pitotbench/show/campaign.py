@@ -198,10 +198,7 @@ def _bound(row: dict[str, Any]) -> str:
 
 
 def _choice(row: dict[str, Any], table: "pd.DataFrame") -> str:
-    """Return what was chosen.
-
-    Maneuver and data system, and the model and calibration where there are several.
-    """
+    """Return what was chosen: maneuver, data system, and model and calibration if several."""
     others = [str(row[n]) for n in ("model", "calibration") if n in table and len({*table[n]}) > 1]
     return " ".join([_words((row["maneuver"], row["das"])), *(f"({n})" for n in others if n)])
 

@@ -125,9 +125,7 @@ def keyed(
 def print_table(
     columns: Sequence[Column[Row]], rows: Iterable[Row], console: "Console", title: str = ""
 ) -> None:
-    """Print a table to a terminal or a pipe, with its title on a line above.
-
-    Nothing is printed where there is no row.
+    """Print a table to a terminal or a pipe with its title above, nothing without rows.
 
     Headings break between words where the terminal is narrow. No cell and no word is ever cut: a
     table that needs more is wider than the terminal.

@@ -71,10 +71,7 @@ def compare_curves(first: str, one: ErrorCurve, second: str, other: ErrorCurve) 
 
 
 def difference_sentence(found: CurveDifference) -> str:
-    """Say in one sentence where the second airspeed indicator reads lower or higher.
-
-    Say also where no difference shows.
-    """
+    """Say in one sentence where the second airspeed indicator reads lower or higher, if it does."""
     speed, value, bound = (
         a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma)
     )

@@ -55,10 +55,7 @@ def curve_points(curve: ErrorCurve) -> list[CurvePoint]:
 
 
 def published_at(curve: ErrorCurve, published: PublishedCurve) -> MetersPerSecond:
-    """Return the correction by a handbook at the airspeeds of a curve [m/s], (n,).
-
-    NaN outside its table.
-    """
+    """Return a handbook's correction at a curve's airspeeds [m/s], NaN outside its table, (n,)."""
     known = published.indicated_airspeed
     return np.interp(curve.indicated_airspeed, known, published.correction, np.nan, np.nan)
 

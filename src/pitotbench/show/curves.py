@@ -90,9 +90,9 @@ def curve_marks(
     truth: MetersPerSecond | None = None,
     limit: Limit | None = None,
 ) -> list[Mark]:
-    """Return the marks of the correction over indicated airspeed with ±2σ.
+    """Return the marks of the correction with ±2σ, data, other curves, limit and truth.
 
-    The data behind it, the curves of other models, the limit, and the truth where known.
+    They are over indicated airspeed.
 
     The points of fixed-speed methods of the first lie over its curve, as in Martos et al. (2011),
     Fig. 13.
@@ -279,7 +279,7 @@ def residual_panels(result: Calibration, units: Units = BENCH) -> list[Panel]:
 
 
 def residual_autocorrelation(result: Calibration) -> tuple[Array, Array, int]:
-    """Return lags [s], autocorrelation and number of one-second means of the residual.
+    """Return lags [s], autocorrelation and number of a residual's one-second means.
 
     Pauses do not count.
     """

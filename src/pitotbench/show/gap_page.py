@@ -234,10 +234,7 @@ def _averaged(time: Array, values: Array) -> tuple[Array, Array]:
 
 
 def history_panels(histories: Sequence[History], units: Units = BENCH) -> list[Panel]:
-    """Return the card flown again, segment after segment.
-
-    The measured, the simulated and the patched history.
-    """
+    """Return a card's measured, simulated and patched history, segment after segment."""
     names = dict.fromkeys(history.quantity for history in histories)
     return [
         _history_panel(name, [h for h in histories if h.quantity == name], units) for name in names

@@ -1,7 +1,4 @@
-"""A verdict in plain sentences.
-
-The missing effects, their sizes, the evidence, the formula of the rest.
-"""
+"""A verdict in plain sentences: missing effects, sizes, evidence, and the rest's formula."""
 
 from collections.abc import Sequence
 
@@ -148,9 +145,9 @@ def part_words(part: str, causes: Sequence[str]) -> str:
 
 
 def sentences(account: Account) -> list[str]:
-    """Return the answer in plain sentences.
+    """Return the answer in sentences: what, how big, how sure, what it does, what is closed.
 
-    What, how big and how sure, what it does to a calibration, what is closed.
+    What it does is to a calibration.
     """
     verdict = account.verdict
     lines = [_answer(verdict, account.aircraft)]
@@ -278,10 +275,7 @@ def percent(probability: float) -> str:
 
 
 def _best(verdict: Verdict) -> str:
-    """Return the best candidate of an unknown cause, with the reason why it is refused.
-
-    Empty without a candidate.
-    """
+    """Return an unknown cause's best candidate and why it is refused; "" for none."""
     if not verdict.candidates:
         return ""
     best = verdict.candidates[0]
@@ -337,10 +331,10 @@ def remaining_features(features: Sequence[Feature]) -> list[Feature]:
 
 
 def features_limit(features: Sequence[Feature]) -> float:
-    """Return by how many deviations the largest of some features is off in one card of twenty.
+    """Return by how many deviations chance moves the largest of some features in one card of 20.
 
-    By chance alone. The deviation is that of a few flights, so the numbers are Student's; there are
-    many of them (Bonferroni 1936).
+    The deviation is that of a few flights, so the numbers are Student's; there are many of them
+    (Bonferroni 1936).
     """
     least = min((f.freedom for f in features), default=1)
     return float(stdtrit(least, 1.0 - 0.5 * BY_CHANCE / max(len(features), 1)))

@@ -115,10 +115,7 @@ def inspection_sentences(found: LogInspection) -> list[str]:
 
 
 def inspection_tree(found: LogInspection, log: FlightLog | None = None) -> list[Node]:
-    """Return the account of a log.
-
-    Sentences, warnings, pictures of the `log`, questions, channels and pauses.
-    """
+    """Return a log's account: sentences, warnings, pictures, questions, channels, pauses."""
     known = [] if log is None else filter(None, (airplane_of(log), day_of(log)))
     flight = ", ".join(known)
     return [
@@ -186,10 +183,7 @@ STEP_COLUMNS: tuple[Column[StepResponse], ...] = (
 
 
 def check_sentences(check: AircraftCheck) -> list[str]:
-    """Return the check of an aircraft in sentences.
-
-    Whether it can be flown, its engines and speeds, the channels it lacks.
-    """
+    """Return an aircraft's check: whether it flies, its engines, speeds, channels it lacks."""
     flown = [m for m in check.maneuvers if not m.failure]
     answer = f"{check.aircraft}: {len(flown)} of {len(check.maneuvers)} maneuvers can be flown."
     failures = [f"{m.maneuver} was not flown: {m.failure}" for m in check.maneuvers if m.failure]

@@ -85,10 +85,7 @@ class Margin:
 
 @dataclass(frozen=True, slots=True)
 class LimitJudgment:
-    """A curve against one limit.
-
-    The margin of the curve alone and that of the curve with its ±2σ bound.
-    """
+    """A curve against one limit: its margin alone, and that with its ±2σ bound."""
 
     rule: str
     allows: str
@@ -158,9 +155,9 @@ def limit_for(result: Calibration, limit: Limit | str | None = AUTO) -> Limit | 
 
 
 def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[LimitJudgment]:
-    """Return the curve against the limit of airspeed, and against that of altitude.
+    """Return the curve against the limit of airspeed, and of altitude if the static source errs.
 
-    Altitude is judged where the static source is seen to err.
+    The log has to show that.
     """
     chosen = limit_for(result, limit)
     if chosen is None or not result.usable:  # no rule judges an answer that is not to be used

@@ -20,10 +20,7 @@ from pitotbench.units import DEGREE, KNOT, MINUTE, NAUTICAL_MILE
 
 
 def plan_advice(plan: Plan) -> list[str]:
-    """Return the recommendation.
-
-    What to fly, how often, what to fly without steep turns, and the improved card.
-    """
+    """Return the advice: what to fly, how often, what without steep turns, and an improved card."""
     if plan.best is None:
         return ["No maneuver fits into the minutes and the box: allow more of either."]
     lines = [f"Fly the {_forecast_words(plan, plan.best)}."]

@@ -171,10 +171,7 @@ def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
 def record_page(
     title: str, objective: str, made: Provenance, parts: Iterable[Heading], units: Units = BENCH
 ) -> str:
-    """The page of a record: inputs and settings, then its parts in their order.
-
-    Nothing is folded away on paper.
-    """
+    """The page of a record: inputs and settings, then its parts in order, nothing folded away."""
     choices = [f"{words(c.name)}: {c.value} ({c.source})" for c in made.choices]
     choices.append(f"units: {units.words} ({units.source})")
     used = ", ".join(f"{name} {number}" for name, number in made.versions.items())

@@ -93,10 +93,7 @@ def plain_of(
 
 
 def html_of(nodes: Iterable[Node], units: Units = BENCH, depth: int = NUMBERS) -> str:
-    """An answer as HTML down to a depth.
-
-    What lies deeper than the answer is folded away, and so are notices.
-    """
+    """An answer as HTML down to a depth, with notices and what lies deeper folded away."""
     groups = groupby(
         down_to(nodes, depth),
         lambda node: (type(node), getattr(node, "first", False), getattr(node, "layout", "")),

@@ -68,9 +68,9 @@ class Table:
 class Figure:
     """Pictures, drawn only by a renderer that shows them.
 
-    The name of the function that draws them, and its arguments before the reader's units. `layout`:
-    `main` for the answer's, `wide`, `narrow`, `whole` for those that fill the page, or `single` for
-    one that shrinks with it.
+    `drawn_by` is the name of the function that draws them, and `arguments` are its own before the
+    reader's units. `layout`: `main` for the answer's, `wide`, `narrow`, `whole` for those that fill
+    the page, or `single` for one that shrinks with it.
     """
 
     drawn_by: str

@@ -1,6 +1,6 @@
-"""The tree of a reconciliation, one for all voices; its page and its record.
+"""The tree of a reconciliation, one for all voices: verdict, patch, gap, and the card reflown.
 
-The verdict, what is added to the model, where the gap is, and the card flown again.
+Its page and its record are here as well.
 """
 
 from collections.abc import Sequence
@@ -81,10 +81,9 @@ _TOLERANCES = (
 
 
 def account_tree(account: Account) -> list[Node]:
-    """Return the tree of an account.
+    """Return an account's tree: answer, picture, patch, gap, reflown card, and what it rests on.
 
-    The answer and its picture, what is added to the model, the places of the gap, the card flown
-    again, and what it rests on.
+    The patch is what is added to the model; the gap has its places.
     """
     verdict, clearest = account.verdict, account.telling
     # The steps are of the flight with the largest gap, the closure is of all.
@@ -144,10 +143,7 @@ def account_tree(account: Account) -> list[Node]:
 
 
 def _warnings(account: Account) -> list[Node]:
-    """Return what was said of the logs.
-
-    What may move the answer are doubts, how they were read notices.
-    """
+    """Return what was said of the logs: doubts of the answer, and notices of the reading."""
     return [
         *(Doubt(each) if is_doubt(each) else Notice(each) for each in account.warnings),
         *map(Notice, map(words, account.verdict.notes)),
@@ -252,9 +248,9 @@ def _flown(flown: FlownAgain) -> list[Node]:
 
 
 def _shortfall(flown: FlownAgain) -> str:
-    """Return what the patch does not bring within the tolerance often enough.
+    """Return what the patch brings within the tolerance less often than it is between two flights.
 
-    Often enough is as often as two flights of one airplane are.
+    The two flights are of one airplane.
     """
     short = [t.quantity for t in flown.tolerances if t.after < t.by_chance - _SHORT]
     if not short:

@@ -137,9 +137,7 @@ class Transcript:
 def load_fdm(
     aircraft: str, folder: Path, rate: float, parts: tuple[Path, Path] | None = None
 ) -> tuple[Any, Transcript]:
-    """Return the JSBSim model of an aircraft, to be run at a rate [Hz].
-
-    The transcript of JSBSim's messages comes with it.
+    """Return an aircraft's JSBSim model, to run at a rate [Hz], with its transcript of messages.
 
     `folder` holds `<folder name>.xml`; `aircraft` names it in messages. `parts` are the folders of
     engines and systems, by default `Engines` and `Systems` in that folder. Raises SimulationError

@@ -64,9 +64,7 @@ WHOLE = (
 
 
 def import_aircraft(file: Path, folder: Path) -> Path:
-    """Copy the aircraft of a JSBSim file, with all parts that it names, into a new folder.
-
-    Return the new file.
+    """Copy a JSBSim file's aircraft, with all parts it names, into a new folder; return the file.
 
     Raises BadInputError for a file that is no JSBSim aircraft, is too large, declares entities, or
     names a part outside its own folder and JSBSim's library.
@@ -324,7 +322,7 @@ class _Import:
 def _require_no_command(name: str, root: ET.Element) -> None:
     """Raise BadInputError for a property by which an airplane would command the simulator.
 
-    Such as: write its state into files, begin anew, trim, print.
+    Commands write its state into files, begin anew, trim, or print.
     """
     # Each word is checked: JSBSim takes a line of several, and what follows an element within.
     texts = (text for e in root.iter() for text in (e.text, e.tail, *e.attrib.values()) if text)
@@ -337,9 +335,9 @@ def _require_no_command(name: str, root: ET.Element) -> None:
 
 
 def _require_short_delays(name: str, root: ET.Element) -> None:
-    """Raise BadInputError for a delay that fills the memory, or is no number.
+    """Raise BadInputError for a delay by which JSBSim would end the program.
 
-    JSBSim then ends the program.
+    Such a delay fills the memory, or is no number.
     """
     for delay in root.iter("delay"):
         with suppress(ValueError):

@@ -13,9 +13,9 @@ _INCHES = {"IN": 1.0, "FT": 12.0, "M": 12.0 / FOOT}
 
 
 def read_baseline(folder: Path) -> Baseline:
-    """Read the baseline of the aircraft in a folder.
+    """Read an aircraft's center of gravity, aerodynamic functions, engines and settings.
 
-    Center of gravity, aerodynamic functions, engines, settings.
+    They are in the files of its folder.
 
     Raises BadInputError for a file that is not XML, or that holds text in place of a number.
     """

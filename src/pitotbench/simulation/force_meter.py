@@ -1,6 +1,4 @@
-"""Use JSBSim as a force meter.
-
-Put the aircraft into each measured state and read the forces of the model there.
+"""JSBSim as a force meter: put the aircraft into each measured state, and read the forces there.
 
 At each state the initial conditions are set anew. The model therefore cannot drift, and no
 autopilot can hide a force. Between two states the engines, governors and turbochargers run on at
@@ -203,10 +201,7 @@ class _Servo:
         return cls(plant.writer(command), read, factor, (below, above))
 
     def move(self, position: float) -> None:
-        """Move the control to a position [SI].
-
-        What systems of the aircraft add to the command stays.
-        """
+        """Move the control to a position [SI], with what aircraft systems add to the command."""
         below, above = self.slopes
         added = self.read() - self.command * (above if self.command > 0.0 else below)
         wanted = position / self.factor - added
@@ -263,10 +258,7 @@ class Rig:
         return rig
 
     def check_surfaces(self) -> None:
-        """Raise SimulationError where a surface does not stay where it is put.
-
-        The aircraft then moves it itself.
-        """
+        """Raise SimulationError where the aircraft moves a surface away from where it is put."""
         for _ in range(CALLS + 1):
             self.place(0)
         for (name, *_), servo, wanted in zip(
@@ -281,7 +273,7 @@ class Rig:
                 )
 
     def place(self, k: int) -> None:
-        """Put the aircraft into a state.
+        """Put the aircraft into a state, its controls first.
 
         The controls move first: their systems may read the state, so a second call corrects what
         the first one changed.
@@ -308,10 +300,7 @@ class Rig:
             self.plant.fdm.set_dt(self.plant.time_step)
 
     def run_in(self, k: int) -> None:
-        """Bring the engines to the power of a state.
-
-        The airplane is put back into it each tenth.
-        """
+        """Bring the engines to the power of a state, the airplane held in it each tenth [s]."""
         for _ in range(round(RUN_IN / TENTH)):
             self.place(k)
             self.keep_turning()
@@ -327,7 +316,7 @@ class Rig:
 def _controls(plant: Plant) -> list[tuple[str, str, str]]:
     """Return each control, the command that moves it, and its position.
 
-    An attached autopilot has sticks.
+    With an attached autopilot the commands are sticks.
     """
     sticks = {
         name: f"ap/stick-{name}-norm" if plant.attached else ""

@@ -194,10 +194,7 @@ MOST_BALLAST = 1000.0  # kg: beyond it the mass is that of another airplane, or 
 
 @dataclass(frozen=True, slots=True)
 class Loading:
-    """The loading of an aircraft.
-
-    `fuel` is the share of the fuel in its file (0 to 1), and `ballast` in kg.
-    """
+    """The loading of an aircraft: the share of fuel in its file (0 to 1), and ballast [kg]."""
 
     fuel: float = 1.0
     ballast: float = 0.0

@@ -1,7 +1,4 @@
-"""The pilot of a maneuver.
-
-What the cockpit offers, the phases of a flight, and how a pilot flies them.
-"""
+"""The pilot of a maneuver: the cockpit, the phases of a flight, and how a pilot flies them."""
 
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -87,10 +84,7 @@ class Person(AutopilotOnly):
         self._waiting.append((self._now + self.reaction, name, value))
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Set the commands that are due, then drift and correct.
-
-        Commanded values drift, and deviations that are noticed are corrected.
-        """
+        """Set the commands that are due, let values drift, and correct what is noticed."""
         self._now += seconds
         while self._waiting and self._waiting[0][0] <= self._now:
             _, name, value = self._waiting.popleft()
@@ -121,10 +115,7 @@ class Person(AutopilotOnly):
 
 
 class BusyPerson(Person):
-    """The same person with other tasks.
-
-    Reaction time, thresholds, drifts and setting error are twice as large.
-    """
+    """The same person busy: reaction time, thresholds, drifts and setting error are doubled."""
 
     reaction, coarseness = 1.0, 2.0
 
@@ -149,9 +140,9 @@ ALTITUDE_BY_PITCH, AIRSPEED_BY_PITCH = 1, 2  # ap/pitch-mode
 
 @dataclass(slots=True)
 class Targets:
-    """The values to hold.
+    """The values to hold: calibrated airspeed [m/s], true heading, altitude [m], bank [rad].
 
-    Calibrated airspeed [m/s], true heading [rad], geometric altitude [m], bank [rad].
+    The altitude is geometric.
     """
 
     airspeed: float
@@ -237,7 +228,7 @@ class Cockpit:
     def hold_airspeed_by_pitch(self, airspeed: float) -> None:
         """Hold a calibrated airspeed [m/s] by pitch; nothing holds the altitude.
 
-        The target does not change.
+        The altitude's target does not change.
         """
         self._pilot.command("airspeed_target", airspeed)
         self._pilot.command("pitch_mode", AIRSPEED_BY_PITCH)
@@ -292,9 +283,7 @@ class Cockpit:
         )
 
     def power_step(self, step: float) -> tuple[float, float]:
-        """Return the change of the power setting for a step, and the lowest setting.
-
-        The step is in Pa of manifold pressure.
+        """Return the power setting's change for a step [Pa of manifold pressure], and its lowest.
 
         A lever goes from here to idle in as many steps as the manifold pressure of the bench's own
         aircraft does.
@@ -431,12 +420,10 @@ def turn(cockpit: Cockpit, heading: float) -> Ticks:
 
 
 def sweep(cockpit: Cockpit, angle: float, bank: float, lead: bool = False) -> Ticks:
-    """Turn through an angle [rad] at a constant bank [rad].
+    """Turn through an angle [rad] at a constant bank [rad], whose sign is the turn's side.
 
-    The sign of the bank is the side of the turn.
-
-    With `lead`, stop early by the angle that the roll-out needs.
-    Raises SimulationError where it takes far longer than the turn rate of the bank says.
+    With `lead`, stop early by the angle that the roll-out needs. Raises SimulationError where it
+    takes far longer than the turn rate of the bank says.
     """
     # The turn is measured by adding small changes of heading: it may be more than a full circle.
     rate = STANDARD_GRAVITY * tan(abs(bank)) / cockpit.true_airspeed
@@ -505,9 +492,7 @@ def change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
 
 
 def step_down(cockpit: Cockpit, step: float, step_time: float, floor: float, *judged: str) -> Ticks:
-    """Reduce the power in steps, one each `step_time` [s], down to `floor` [m/s].
-
-    A step is in Pa of manifold pressure.
+    """Reduce power by steps [Pa of manifold pressure], `step_time` [s] each, to `floor` [m/s].
 
     Raises SimulationError where the power is at idle before that.
     """

@@ -275,10 +275,7 @@ class Plant:
                 raise self.failure("JSBSim stopped")
 
     def check(self) -> None:
-        """Raise SimulationError where the flight is at an end.
-
-        The state is not a number, the aircraft is on the ground, or it departed.
-        """
+        """Raise SimulationError where the flight is at an end: on the ground, departed, or NaN."""
         height, alpha, beta, roll = [read() for read in self._watched]
         # The sum is finite only where all four are: one test instead of four.
         if not isfinite(height + alpha + beta + roll):
@@ -390,10 +387,7 @@ class Plant:
     def _place(
         self, altitude: float, airspeed: float, heading: float, air: Air, alpha: float = 0.0
     ) -> None:
-        """Set the initial conditions.
-
-        Position, airspeed, and the wind on top of the ground velocity.
-        """
+        """Set the initial conditions: position, airspeed, and wind on top of ground velocity."""
         # Position before speed: a latitude set after the airspeed turns 160 KCAS into 172.
         self.set("temperature_offset", air.temperature_offset)
         for path, value in (

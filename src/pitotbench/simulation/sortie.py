@@ -127,7 +127,7 @@ def card_of(case: Case) -> Card:
 
 
 def scaled_card(aircraft: str, maneuver: str) -> Card:
-    """Return the card of a maneuver for an aircraft.
+    """Return the card of a maneuver for an aircraft, scaled to its speeds.
 
     The bench's own aircraft fly the cards as they are written.
     """
@@ -186,18 +186,18 @@ Progress = Callable[[float, str], None]
 def fly(
     case: Case | str, progress: Progress | None = None, channels: Collection[str] | None = None
 ) -> Flight:
-    """Fly the maneuver of a case, or the usual case of a maneuver by its name.
+    """Fly a case, or the usual case of a maneuver by its name, and return the truth.
 
-    Return the truth at the case's rate of integration.
+    The truth has the case's rate of integration.
 
     A case that states no error curve has the usual one at the speeds of its aircraft (see
     `with_usual_curve`), which `Flight.case` then holds.
 
     One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's;
     it jumps where a set-up between speeds was flown unrecorded. `progress(seconds, label)` is
-    called as each segment begins. `channels` names the channels to record with the time, by
-    default all: to read one costs 1 % of a step. The flight itself does not depend on them.
-    Channels that the aircraft does not serve are left out.
+    called as each segment begins. `channels` names the channels to record with the time, by default
+    all: to read one costs 1 % of a step. The flight itself does not depend on them. Channels that
+    the aircraft does not serve are left out.
 
     Raises UnknownNameError for an unknown channel, aircraft, maneuver, card entry, turbulence,
     pilot or effect, BadInputError for impossible parameters of an effect or a rate that cannot be,

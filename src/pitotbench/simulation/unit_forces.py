@@ -68,14 +68,12 @@ def _unit_changes(
 def measure_terms(
     plant: Plant, motion: Motion, names: Iterable[str], axes: Sequence[str] = UNIT_AXES
 ) -> AeroTerms:
-    """Return the aerodynamic forces of a model along a measured motion.
-
-    The values of some of its functions come with them.
+    """Return a model's aerodynamic forces, and some of its functions, along a measured motion.
 
     Engines and mass do not matter: the forces are those of the air alone. Parameters: plant,
-    freshly loaded with the `unit_overlay` of the axes; motion, the measured states, whose mass
-    is not used; names of functions. Raises SimulationError where JSBSim refuses a state or the
-    engines do not start.
+    freshly loaded with the `unit_overlay` of the axes; motion, the measured states, whose mass is
+    not used; names of functions. Raises SimulationError where JSBSim refuses a state or the engines
+    do not start.
     """
     rig = Rig.set_up(
         plant, replace(motion, mass=np.full(len(motion.time), plant.get("mass"))), plant.get("mass")
@@ -117,9 +115,7 @@ def inertia_of(plant: Plant) -> tuple[float, float, float, float]:
 
 
 def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelForces:
-    """Return the forces, power, weight and inertia of a model along a measured motion.
-
-    The engines run.
+    """Return a model's forces, power, weight and inertia along a motion, engines running.
 
     Parameters: plant, freshly loaded; motion, the measured states, whose mass counts from its first
     state: as much fuel is taken out of the tanks; names of functions, of which those that the model

@@ -1,7 +1,4 @@
-"""Make an aircraft flyable by the bench, once.
-
-Import its files, explore it, shape its loops, write its autopilot.
-"""
+"""Make an aircraft flyable, once: import it, explore it, shape its loops, write its autopilot."""
 
 import os
 import shutil

@@ -50,9 +50,7 @@ def write_autopilot(
 
 
 def write_levers(root: ET.Element, engines: int, taken: str) -> None:
-    """Add to an aircraft a system that sets mixture and propeller levers.
-
-    The bench does not move these.
+    """Add to an aircraft a system for mixture and propeller levers, which the bench leaves alone.
 
     `taken` is the text of all files of the aircraft: a lever that they move is left to them.
     """
@@ -84,10 +82,7 @@ def write_levers(root: ET.Element, engines: int, taken: str) -> None:
 
 
 def open_all_tanks(root: ET.Element) -> None:
-    """Let the engines of an aircraft draw from tanks that no engine names.
-
-    A pilot selects these in flight.
-    """
+    """Let an aircraft's engines draw from tanks that no engine names, as a pilot selects them."""
     engines = list(root.iter("engine"))
     named = {(feed.text or "").strip() for engine in engines for feed in engine.findall("feed")}
     for number, tank in enumerate(root.iter("tank")):

@@ -44,9 +44,7 @@ class Trim:
 
 @dataclass(frozen=True, slots=True)
 class Envelope:
-    """The speeds of an aircraft at one height, and its trim points from slow to fast.
-
-    Speeds are in m/s, calibrated.
+    """The calibrated airspeeds [m/s] of an aircraft at a height, and trim points, slow to fast.
 
     `limited` says that the fastest speed is a Mach number of 0.7, not the maximum level speed.
     """

@@ -42,10 +42,7 @@ class Linear:
 
 
 def linearize(aircraft: FrozenAircraft, trim: Trim) -> Linear:
-    """Return the linear models at a trim point.
-
-    The flight control system of the aircraft is part of them.
-    """
+    """Return the linear models at a trim point, the flight control system included."""
     base = State(trim.speed, trim.alpha, elevator=trim.elevator)
     aircraft.place(base)
     aircraft.set_lever(trim.lever)

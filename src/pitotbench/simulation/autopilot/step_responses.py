@@ -14,10 +14,7 @@ BAND = 0.1  # of the step, within which a response has settled
 
 @dataclass(frozen=True, slots=True)
 class StepCommand:
-    """A step of a quantity.
-
-    The target to set, its mode, the change [SI], its unit, how long it is recorded [s].
-    """
+    """A step of a quantity: target, mode, change [SI], unit, and how long it is recorded [s]."""
 
     quantity: str
     target: str

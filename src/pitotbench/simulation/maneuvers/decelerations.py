@@ -47,9 +47,9 @@ class StepDecreaseCard(Card):
 
 
 def fly_step_decrease(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
-    """Fly the card.
+    """Fly the card: for each pair of speeds leg, power steps, turn, settle.
 
-    Set up unrecorded; then, for each pair of speeds, leg, power steps, turn, settle.
+    The set-up is not recorded.
     """
     heading = card.heading
     yield from set_up(cockpit, card.speeds[0], heading)
@@ -85,9 +85,9 @@ class StepBothWaysCard(Card):
 
 
 def fly_step_both_ways(cockpit: Cockpit, card: StepBothWaysCard) -> Ticks:
-    """Fly the card.
+    """Fly the card: leg and power steps, with turn, acceleration and settling between.
 
-    Set up unrecorded; then leg and power steps, with turn, acceleration and settling between.
+    The set-up is not recorded.
     """
 
     def step_by_step(_: int) -> Ticks:
@@ -115,9 +115,9 @@ class RapidDecelCard(Card):
 
 
 def fly_rapid_decel(cockpit: Cockpit, card: RapidDecelCard) -> Ticks:
-    """Fly the card.
+    """Fly the card: leg and deceleration, with turn, acceleration and settling between.
 
-    Set up unrecorded; then leg and deceleration, with turn, acceleration and settling between.
+    The set-up is not recorded.
     """
 
     def with_power_idle(run: int) -> Ticks:

@@ -39,9 +39,9 @@ class DiagnosticCard(Card):
 
 
 def fly_diagnostic(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
-    """Fly the card.
+    """Fly the card: leg, climb, descent, sideslips, turn, power to idle and back.
 
-    Set up unrecorded; leg, climb, descent, sideslips, turn, power to idle and back.
+    The set-up is not recorded.
     """
     fast, slow = card.speeds[0], card.speeds[-1]
     yield from set_up(cockpit, fast, card.heading)

@@ -93,9 +93,9 @@ class CloverleafCard(Card):
 
 
 def fly_cloverleaf(cockpit: Cockpit, card: CloverleafCard) -> Ticks:
-    """Fly the card.
+    """Fly the card: at each speed a leg and a turn for each heading, then slow down.
 
-    Set up unrecorded; at each speed a leg and a turn for each heading; slow down between.
+    The set-up is not recorded.
     """
     first = card.headings[0]
     yield from set_up(cockpit, card.speeds[0], first)

@@ -162,9 +162,9 @@ class FigureEightCard(Card):
 
 
 def fly_figure_eight(cockpit: Cockpit, card: FigureEightCard) -> Ticks:
-    """Fly the card.
+    """Fly the card: at each speed turn to one side, then to the other; slow down in turns.
 
-    Set up unrecorded; at each speed turn to one side, then to the other; slow down in the turn.
+    The set-up is not recorded.
     """
     yield from set_up(cockpit, card.speeds[0], card.heading)
     bank = -card.bank

@@ -33,7 +33,7 @@ def body_to_earth(vector: Array, roll: Radians, pitch: Radians, heading: Radians
 
 
 def earth_to_body(vector: Array, roll: Radians, pitch: Radians, heading: Radians) -> Array:
-    """Turn vectors, (3, n), from earth axes to body axes, (3, n): the inverse of `body_to_earth`."""
+    """Turn vectors, (3, n), from earth axes to body axes, (3, n): inverse of `body_to_earth`."""
     from scipy.spatial.transform import Rotation  # slow to load, and needed without vanes alone
 
     attitude = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=1))

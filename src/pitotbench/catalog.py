@@ -8,7 +8,7 @@ T = TypeVar("T")
 
 
 class UnknownNameError(ValueError):
-    """A name that the catalog does not hold. The message lists the known names and the nearest one."""
+    """A name that the catalog does not hold. The message lists known names and the nearest."""
 
 
 class Catalog(Mapping[str, T], Generic[T]):
@@ -46,7 +46,7 @@ class Catalog(Mapping[str, T], Generic[T]):
 
 
 def explain(kind: str, name: str, known: Mapping[str, object] | list[str]) -> str:
-    """Return a message that a name of a kind is unknown, with the nearest name and all known names."""
+    """Return a message that a name of a kind is unknown, with the nearest and all known names."""
     names = list(known)
     # The cutoff is difflib's share of matching letters: at 0.5 `circel` finds `circle`, and noise
     # finds nothing.

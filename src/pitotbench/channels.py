@@ -166,5 +166,5 @@ CHANNELS: dict[str, Channel] = {
 
 
 def numbers_from(source: Source) -> tuple[str, ...]:
-    """Return the names of a source's channels whose values are numbers, in the order of the table."""
+    """Return the names of a source's channels of numbers, in the order of the table."""
     return tuple(c.name for c in CHANNELS.values() if c.source == source and c.kind == "number")

@@ -1,4 +1,4 @@
-"""Calibrate what was given: read it, choose the options, and state what the answer was made from."""
+"""Calibrate what was given: read it, choose options, and state what the answer was made from."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import fields, replace

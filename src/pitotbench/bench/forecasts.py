@@ -187,7 +187,7 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
 
 
 def _expected(request: PlanRequest) -> tuple[CalibrationOptions, Array, ExpectedNoise]:
-    """Return options with the expected place of the error, the wind toward north and east, the noise.
+    """Return options with the error's expected place, the wind north and east, and the noise.
 
     The calibrator finds the place from the height, or assumes the published one: to leave it open
     moves the bound by at most 0.3 %, and takes half as long again.

@@ -46,7 +46,7 @@ _NEEDS = {  # question: what it needs beyond pressures and ground velocity, and 
 
 
 def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> LogInspection:
-    """Return the account of a log. `options` are those that a mapping advises for the calibration."""
+    """Return the account of a log. `options` are those that a mapping advises to calibrate."""
     chosen = options or CalibrationOptions()
     speed = np.asarray(air.calibrated_airspeed(log.impact_pressure))
     flying = speed > 0.5 * float(np.quantile(speed, 0.95))

@@ -1,4 +1,4 @@
-"""The cache of null distributions: one file a card, named by a digest of its inputs and the code."""
+"""The cache of null distributions: a file for each card, named by a digest of inputs and code."""
 
 import os
 from collections.abc import Callable

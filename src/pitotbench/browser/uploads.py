@@ -124,7 +124,7 @@ def ending_of(name: str) -> str:
 
 
 def shown_name(name: str) -> str:
-    """Return a file's name for display and commands, less paths upward and control codes."""
+    """Return a file's name for display and commands, without control codes and paths elsewhere."""
     parts = [part for part in name.replace("\\", "/").split("/") if part not in ("", ".", "..")]
     return "".join(letter for letter in "/".join(parts) if letter.isprintable())[-_LONGEST:]
 

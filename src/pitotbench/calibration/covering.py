@@ -290,7 +290,7 @@ def covariance_given(
 
 
 def posterior_of(fit: OutputErrorFit | CoveringFit) -> Posterior:
-    """The posterior of a fit: one Gaussian for output error, a mixture for the covering estimator."""
+    """Return the posterior of a fit: a Gaussian for output error, a mixture for covering."""
     if isinstance(fit, OutputErrorFit):
         return Posterior(np.ones(1), fit.theta[None], fit.covariance[None])
     return Posterior(

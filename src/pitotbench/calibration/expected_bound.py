@@ -98,7 +98,7 @@ def two_sigma_in_gusts(
     noise: ExpectedNoise,
     indicated_airspeed: MetersPerSecond,
 ) -> Array:
-    """Compute 2σ of the curve at indicated airspeeds, (logs, c) [m/s], where the noise is estimated.
+    """Compute 2σ of the curve at indicated airspeeds, (logs, c) [m/s], with estimated noise.
 
     Parameters as of `expected_two_sigma`, with logs of one flight in gusts. It is the bound of
     `calibrate` by the covering method: its last pass, linearized at the answer of the log before.
@@ -121,7 +121,7 @@ def two_sigma_in_gusts(
 def _problem(
     log: FlightLog, options: CalibrationOptions, wind: Array, noise: ExpectedNoise
 ) -> tuple[Structure, Observations, FirstPass]:
-    """Return the problem of a log, its rows, and what is expected: no error, the wind, the noise."""
+    """Return a log's problem, its rows, and the expected: no error, the wind, the noise."""
     stated = accuracies_of(options.accuracies, log.header)
     options = replace(options, accuracies=stated, priors=priors_of(options.priors, log.header))
     obs = observe(log, options)

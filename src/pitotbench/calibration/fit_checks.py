@@ -131,9 +131,9 @@ def judge_curve(
     A point is beyond a limit where it exceeds the limit by more than its 2σ: an uncertain curve is
     not impossible. Impossible: above 0.2, an error of a tenth in airspeed. Doubtful: above 0.1,
     which is 5 kt at 100 kt and the largest error that FAR 23.1323 accepts from 1.3 times the
-    stalling speed on. Below the middle of the curve both grow as 1/V², as the lift coefficient does:
-    the handbook of the Cessna 172S has 56 KCAS at 50 KIAS. Raises ValueError for arrays of different lengths, or for a number that
-    is not finite.
+    stalling speed on. Below the middle of the curve both grow as 1/V², as the lift coefficient
+    does: the handbook of the Cessna 172S has 56 KCAS at 50 KIAS. Raises ValueError for arrays of
+    different lengths, or for a number that is not finite.
     """
     speed, error, bound = indicated_airspeed, normalized_pressure_error, normalized_two_sigma
     if not speed.shape == error.shape == bound.shape:
@@ -376,7 +376,7 @@ class _Extent:
     factor: float
 
     def departure(self, value: float) -> float:
-        """Distance of the logarithm from that of the middle, in standard deviations, without sign."""
+        """Distance of the logarithm from that of the middle, in deviations, without sign."""
         return float(abs(np.log(value / self.middle)) / np.log(self.factor))
 
     @property

@@ -312,14 +312,16 @@ def fixed_speed_points(
     options: CalibrationOptions | None = None,
     found: Calibration | None = None,
 ) -> tuple[FixedSpeedPoint, ...]:
-    """One point for each full turn and each group of legs on three or more tracks at one airspeed.
+    """Return a point for each full turn and each group of legs on three or more tracks.
+
+    The legs of a group are at one airspeed.
 
     The location of the error is that of the curve's calibration `found`; without one it is judged
-    as a fit of the curve does. The used options are the row selection, the recovery factor, the error location, the
-    priors of gusts and white noise, and the accuracies (stated, else the header's, else the usual
-    ones). The 2σ covers gusts, sensor noise and GPS noise as found in the log, and the accuracies.
-    Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or
-    turns.
+    as a fit of the curve does. The used options are the row selection, the recovery factor, the
+    error location, the priors of gusts and white noise, and the accuracies (stated, else the
+    header's, else the usual ones). The 2σ covers gusts, sensor noise and GPS noise as found in the
+    log, and the accuracies. Raises BadInputError for a log that cannot be used, NoAnswerError for
+    one without such legs or turns.
     """
     with one_thread():
         return _points(log, options or CalibrationOptions(), found)

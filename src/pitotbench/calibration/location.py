@@ -388,5 +388,5 @@ def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
 
 
 def widened_by(answer: Posterior, difference: Array) -> Posterior:
-    """Widen an answer by its difference (p,) from another location's, as one deviation."""
+    """Widen an answer by its difference (p,) from another location's, taken as one deviation."""
     return replace(answer, covariances=answer.covariances + np.outer(difference, difference))

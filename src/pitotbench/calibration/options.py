@@ -84,7 +84,7 @@ def assumptions_of(stated: Stated, header: Mapping[str, object]) -> tuple[Assump
 
 
 def accuracies_of(stated: Stated, header: Mapping[str, object]) -> Accuracies:
-    """Return the accuracies assumed for a log as a record; see `assumptions_of`. Raises as it does."""
+    """Return the accuracies assumed for a log as a record. Raises as `assumptions_of`."""
     if isinstance(stated, Accuracies):
         return stated
     return Accuracies(**{a.name: a.two_sigma for a in assumptions_of(stated, header)})

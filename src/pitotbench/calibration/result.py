@@ -320,7 +320,7 @@ def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[
 
 
 def over_all_parameters(gradient: Array, answer: Posterior) -> Array:
-    """Extend a gradient (c, K) over the error parameters with zeros to one over all of θ, (c, p)."""
+    """Extend a gradient (c, K) over the error parameters by zeros to one over θ, (c, p)."""
     wide = np.zeros((len(gradient), len(answer.mean)))
     wide[:, : gradient.shape[1]] = gradient
     return wide

@@ -77,7 +77,10 @@ class MeanWind:
     unknown: Array
 
     def of(self, answer: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return an answer, (p,) and (p, p), with the mean wind in place of the wind's level."""
+        """Return the answer with the mean wind in place of the wind's level.
+
+        `answer` is an estimate (p,) and its covariance (p, p), and so is the result.
+        """
         response, regressors = self.problem.response, self.problem.regressors
         estimate, covariance = answer[0].copy(), answer[1]
         estimate[self.winds] += self.weighed.T @ (response - regressors @ answer[0])

@@ -46,7 +46,7 @@ class MachineError(BadInputError):
 
 
 class FleetLostError(RuntimeError):
-    """The executor cannot be used any longer; another one can perform the tasks that are not done."""
+    """The executor cannot be used any longer; another one can perform the tasks not done."""
 
 
 @dataclass(frozen=True, slots=True)

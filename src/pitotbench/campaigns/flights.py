@@ -90,7 +90,7 @@ def briefing(aircraft: str, maneuver: str) -> tuple[BriefedLeg, ...]:
 
 
 def tolerances(case: Case) -> dict[str, float]:
-    """Return the half-widths of the tolerances on the case's card [SI], by channel of the flight."""
+    """Return half-widths of tolerances on the case's card [SI], by channel of the flight."""
     card = card_of(case)
     return {
         "calibrated_airspeed": card.airspeed_tolerance,

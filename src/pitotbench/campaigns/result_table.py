@@ -2,8 +2,8 @@
 
 `results.parquet` holds the rows of one plan, in its order, with the logs and cases of the folder
 next to it. The index of a store holds the rows of all its results, with all fields of their cases:
-DuckDB, Polars and pandas open it. Parts that it lacks are added; it is made again where it is missing
-or cut, or holds a part that is gone; a part that is replaced removes it.
+DuckDB, Polars and pandas open it. Parts that it lacks are added; it is made again where it is
+missing or cut, or holds a part that is gone; a part that is replaced removes it.
 """
 
 import ast

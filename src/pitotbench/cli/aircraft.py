@@ -1,4 +1,4 @@
-"""`pitotbench aircraft`: what can be flown with an aircraft, and its performance in steady flight."""
+"""`pitotbench aircraft`: what can be flown with an aircraft, and its steady performance."""
 
 import argparse
 import sys

@@ -142,7 +142,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def request_of(options: argparse.Namespace) -> "CampaignRequest":
-    """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
+    """Return the request of the parsed flags. Raises BadInputError for a senseless value."""
     from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.campaigns.campaign import CampaignRequest
     from pitotbench.records.case import Case

@@ -154,7 +154,7 @@ def _by_hand(options: argparse.Namespace) -> int:
 
 
 def request_of(options: argparse.Namespace) -> "PlanRequest":
-    """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
+    """Return the request of the parsed flags. Raises BadInputError for a senseless value."""
     from pitotbench.bench.forecasts import PlanRequest
     from pitotbench.records.case import ERROR_LOCATIONS, Case, PressureErrorSpec
     from pitotbench.simulation.maneuvers import maneuvers_named

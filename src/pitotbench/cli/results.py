@@ -87,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _page(options: argparse.Namespace) -> int:
-    """Draw the page of one flight; return exit code 3 where its numbers are no more those stored."""
+    """Draw the page of one flight; return exit code 3 where its numbers are not those stored."""
     from pitotbench.campaigns.result_table import write_page
     from pitotbench.show.columns import printable
 

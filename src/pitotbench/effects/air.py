@@ -192,7 +192,7 @@ def _filter(toward: str) -> str:
 
 
 def _longer(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
-    """The gusts of another length: Dryden's gust along the path is white noise through 1/(1 + L s/V).
+    """The gusts of another length: Dryden's along the path is white noise through 1/(1 + L s/V).
 
     A lead-lag filter (1 + L s/V)/(1 + L' s/V) with a gain of sqrt(L'/L) therefore gives exactly the
     gust of length L'. For the gusts across the path it is close.

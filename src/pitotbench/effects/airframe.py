@@ -33,7 +33,7 @@ WING = "metrics/Sw-sqft"
 
 
 def _drag(factors: Callable[..., Iterable[Term]]) -> Build:
-    """The build of a drag: dynamic pressure times `factors`, a function of the paths of the sizes."""
+    """The build of a drag: dynamic pressure times `factors`, a function of the sizes' paths."""
 
     def build(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
         drag = product("aero/qbar-psf", *factors(*effect.paths()))

@@ -108,7 +108,7 @@ NAVAJO: Mapping[Dimension, float] = {
 
 
 def to_navajo(baseline: Baseline, dimension: Dimension) -> float:
-    """Return a dimension of an airplane over that of the navajo; 1 where its file does not tell it."""
+    """Return a dimension of an airplane over the navajo's; 1 where its file does not tell it."""
     return baseline.dimensions.get(dimension, NAVAJO[dimension]) / NAVAJO[dimension]
 
 
@@ -217,7 +217,7 @@ class Effect:
         return {**default, **sizes}
 
     def is_off(self, sizes: Sizes) -> bool:
-        """Return whether all sizes are zero, so that the effect does nothing. Shapes do not count."""
+        """Return whether all sizes are zero, whatever the shapes: the effect does nothing."""
         full = self.complete(sizes)
         return all(full[p.name] == 0.0 for p in self.parameters if not p.shape)
 
@@ -261,7 +261,7 @@ class AircraftEffect(Effect):
     build: "Build"
 
     def paths(self) -> tuple[str, ...]:
-        """Return the paths of the properties that hold its numbers, in the order of the parameters."""
+        """Return the paths of the properties of its numbers, in the parameters' order."""
         return tuple(size(self.name, p.name) for p in self.parameters)
 
     def properties(self, sizes: Sizes) -> tuple[tuple[str, float], ...]:

@@ -1,4 +1,4 @@
-"""Formulas: effects whose sizes are coefficients of terms, for causes that the table does not hold."""
+"""Formulas: effects whose sizes are coefficients of terms, for causes that the table lacks."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass

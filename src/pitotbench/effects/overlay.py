@@ -35,7 +35,7 @@ quotient = partial(operation, "quotient")
 
 
 def size(effect: str, parameter: str) -> str:
-    """Return the path of the property that holds a size of an effect, in the unit of the parameter."""
+    """Return the path of the property of an effect's size, in the unit of the parameter."""
     return f"effects/{effect}/{parameter}".replace("_", "-")
 
 
@@ -177,7 +177,7 @@ class Overlay:
         return Overlay(**{f.name: _renamed(getattr(self, f.name), new) for f in fields(self)})
 
     def functions_changed(self) -> frozenset[str]:
-        """Return the functions of the aircraft's file that are scaled, or read to be added again."""
+        """Return the functions of the aircraft's file that are scaled, or read to be added."""
         scaled = frozenset(scaling.function for scaling in self.scalings)
         return scaled.union(*(properties_in(added.value) for added in self.functions))
 

@@ -1,4 +1,4 @@
-"""Effects of the engines and propellers: power, speed, and what the throttle and the gauges show."""
+"""Effects of engines and propellers: power, speed, and what the throttle and the gauges show."""
 
 from collections.abc import Callable
 

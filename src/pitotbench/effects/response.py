@@ -54,7 +54,7 @@ class Signals:
         return len(self.time)
 
     def require(self, effect: str, names: tuple[str, ...]) -> None:
-        """Raise BadInputError that names the channels which an effect needs and which are missing."""
+        """Raise BadInputError that names the channels which an effect needs and lacks."""
         missing = [name for name in names if name not in self.channels]
         if missing:
             raise BadInputError(

@@ -1,1 +1,1 @@
-"""Estimators. Their numbers are without units, or in the units of the data that the caller passes."""
+"""Estimators, with numbers without units, or in the units of the data that the caller passes."""

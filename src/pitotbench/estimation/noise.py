@@ -199,7 +199,7 @@ class MarkovNoise:
                     bands[:, p - q, self._at(q)] += weighted * loads[q]
 
     def weigh(self, data: Array) -> Array:
-        """Return C⁻¹ times data of shape (n, k), or (o n, k) for o outputs; (b, n, k) of a stack."""
+        """Return C⁻¹ times data (n, k), or (o n, k) for o outputs; (b, n, k) of a stack."""
         (stack, outputs, cells), columns = self._variance.shape, data.shape[1]
         # transposed: as the banded solver wants it
         scaled = np.zeros((stack, outputs, columns, cells))

@@ -192,7 +192,7 @@ def _log_likelihood(problem: Regression, products: Array, rival: int) -> Array:
 
 
 def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> Heights:
-    """The log-posterior of φ as a function of many φ, (b, d); −∞ where the data do not determine β."""
+    """The log-posterior of φ as a function of many, (b, d); −∞ where data do not determine β."""
 
     def of_each(phis: Array) -> Array:
         try:

@@ -33,8 +33,8 @@ class Autopilot:
     per Pa.
 
     `pressures` are the columns of a log that hold a pressure [Pa] on which R has not acted: d, or p
-    with the name of the offset that is to be subtracted. `switches` are the further settings with their
-    reasons.
+    with the name of the offset that is to be subtracted. `switches` are the further settings with
+    their reasons.
     """
 
     title: str

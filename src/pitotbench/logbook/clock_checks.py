@@ -143,7 +143,7 @@ def check_clock(draft: Draft) -> None:
 
 
 def _better_clock(draft: Draft, usual: float) -> str:
-    """Return as a hint the unit of time in which the rows would come at the rate of a flight log."""
+    """Return as a hint the unit of time in which rows would come at a flight log's rate."""
     written = float(from_si(usual, draft.suffixes["time"]))
     for suffix in QUANTITIES["time"].suffixes:
         if _SHORTEST_STEP <= float(to_si(written, suffix)) <= 1.0:

@@ -234,7 +234,7 @@ def _plain_words(text: str) -> list[str]:
 
 
 def _parts(token: str) -> list[str]:
-    """Return the words that capitals separate, in lower case: `GndSpd` has two; `hPa` is one unit."""
+    """Return the words that capitals separate, in lower case: two of `GndSpd`, one of `hPa`."""
     if _is_unit(token.lower()):
         return [token.lower()]
     return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", token).lower().split()
@@ -245,7 +245,7 @@ def _is_unit(word: str) -> bool:
 
 
 def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
-    """Return how well words fit one of the names of a quantity, and the sign with which it counts."""
+    """Return how well words fit one of a quantity's names, and the sign with which it counts."""
     whole = "".join(words)
     core = "".join(word for word in words if word not in _SYSTEMS)
     # A box may stand before what it measures: `HSDB_diff_press`.

@@ -140,7 +140,7 @@ def split_positions(table: Table) -> Table:
 
 
 def flags(name: str, column: Column) -> NDArray[np.bool_]:
-    """Return a column as booleans. Raises BadInputError that names the first row which is neither."""
+    """Return a column as booleans. Raises BadInputError for the first row that is neither."""
     if column.dtype.kind == "b" or (column.dtype.kind in "fiu" and np.isin(column, (0, 1)).all()):
         return np.asarray(column, dtype=np.bool_)
     words = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}

@@ -175,7 +175,7 @@ def _may_name(cells: list[str]) -> bool:
 
 
 def _lines_between(lines: list[list[str]]) -> int:
-    """Return how many lines below the names hold no number, where a line with numbers follows them."""
+    """Return how many lines below the names hold no number, where one with numbers follows."""
     rows = [any(_VALUE.match(cell) or cell in _EMPTY[1:] for cell in cells) for cells in lines]
     first = rows.index(True) if True in rows else 0
     # A first row of texts alone may be a row: only above rows of numbers it is none.

@@ -218,7 +218,7 @@ def read_known_speeds(path: Path) -> tuple[tuple[KnownSpeed, ...], dict[str, flo
 def _read(
     path: Path, quantities: tuple[str, ...], columns: tuple[str, ...], usual: Mapping[str, float]
 ) -> tuple[list[dict[str, Any]], dict[str, float]]:
-    """Return the rows of a card by the fields of their record, and the steps of the readings [SI]."""
+    """Return the rows of a card by the fields of their record, and the reading steps [SI]."""
     with within(path):
         return _rows(reader_of(path)(path), quantities, columns, usual)
 

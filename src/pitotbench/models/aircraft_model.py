@@ -64,12 +64,15 @@ def _react(
 
 
 def _unit_forces(name: str, motion: Motion, paths: frozenset[str]) -> UnitForces:
-    """Return the changes by unit forces in each state of a motion, and the properties at the paths."""
+    """Return the changes by unit forces in each state of a motion, and properties at paths."""
     return measure_unit_forces(*_loaded_model(name, motion, unit_overlay()), paths)
 
 
 def _loaded_model(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, Motion, float]:
-    """Return the aircraft at a motion's rate, the motion, and the mass with ballast [kg]."""
+    """Return the aircraft at the rate that a motion needs, the motion, and the mass [kg].
+
+    The mass is the aircraft's with its ballast.
+    """
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     fastest = float(motion.mach.max() * air.SEA_LEVEL_SOUND_SPEED)
     ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))

@@ -1,4 +1,4 @@
-"""What terms of a model's file are along a motion: coefficients with their units, and as measured."""
+"""What terms of a model's file are along a motion: coefficients with units, and as measured."""
 
 from collections.abc import Iterable, Sequence
 

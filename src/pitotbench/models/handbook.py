@@ -57,7 +57,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class HandbookRow:
-    """One published figure; `published` and the entries of `given` are in the units of the columns."""
+    """One published figure; `published` and `given` are in the units of the columns."""
 
     figure: str
     published: float

@@ -167,7 +167,7 @@ def _earlier(maneuver: Maneuver, lag: float) -> Maneuver:
 
 
 def _unexplained(maneuver: Maneuver, lag: float) -> float:
-    """The sum of squares of the normal force coefficient that the motion in pitch does not explain."""
+    """The normal force coefficient's sum of squares that the motion in pitch leaves."""
     motion = _earlier(maneuver, lag).motion
     inner = slice(*np.searchsorted(motion.time, [-LAGS[0], motion.time[-1] - LAGS[-1]]))
     force = maneuver.specific_force[:, 2] / (motion.static_pressure * motion.mach**2)

@@ -229,7 +229,7 @@ class _Curve(ABC):
         """Return Δp/q_c [-] at an indicated impact pressure [Pa], any shape."""
 
     def impact_pressure(self, indicated_impact_pressure: Pascal) -> Pascal:
-        """Return the true impact pressure q_c = q_ci/(1 − f) of an indicated one [Pa], any shape."""
+        """Return the true q_c = q_ci/(1 − f) of an indicated impact pressure [Pa], any shape."""
         q_ci = np.asarray(indicated_impact_pressure, dtype=np.float64)
         return q_ci / (1.0 - self.normalized(q_ci))
 

@@ -263,7 +263,7 @@ def _within(
 
 
 def _pair(name: str, one: FlightLog, other: FlightLog) -> tuple[Seconds, Array, Array] | None:
-    """Time, and a quantity of two logs of one segment over the time that both have, smoothed alike."""
+    """Time, and a quantity of two logs of a segment over their common time, smoothed alike."""
     first, second = QUANTITIES[name][1](one), QUANTITIES[name][1](other)
     if first is None or second is None:
         return None

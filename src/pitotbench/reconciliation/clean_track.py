@@ -56,7 +56,7 @@ def clean_track(track: Track, wind: Array) -> Track:
 
 
 def _static_pressure(track: Track, smooth: Track) -> Array:
-    """Static pressure whose quick changes come from the vertical speed and not from sensor noise."""
+    """Static pressure with quick changes by the vertical speed and not by sensor noise."""
     down = smooth["velocity_down"] if "velocity_down" in smooth else air_velocity(smooth)[2]
     height = air.pressure_altitude(track["static_pressure"])
     return air.standard_pressure(complementary_filter(track, height, -integrated(track, down)))

@@ -60,7 +60,7 @@ class NormalEquations:
     inner: Array
 
     def fit(self, columns: Sequence[int], given: Sequence[int] = ()) -> Fit:
-        """Fit columns together with others that are `given`; the gain is over the given ones alone."""
+        """Fit columns together with others that are `given`; the gain is over these alone."""
         found, first = Information(self.inner).posterior([*given, *columns]), len(given)
         gain = Information(self.inner).gain(columns, given)
         return Fit(tuple(columns), found.mean[first:], found.covariance[first:, first:], gain)

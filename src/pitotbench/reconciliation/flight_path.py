@@ -92,7 +92,7 @@ def flow_angles(track: Track) -> tuple[Array, Array]:
 
 
 def earth_acceleration(track: Track) -> Array | None:
-    """Return the acceleration toward north, east, down [m/s²], (3, n); None without accelerometers."""
+    """Return the acceleration north, east, down [m/s²], (3, n); None without accelerometers."""
     if not all(name in track for name in FORCES):
         return None
     felt = np.stack([track[name] for name in FORCES])

@@ -101,7 +101,8 @@ class _Forces:
 def _unit_lift(model: ForceModel) -> Array:
     """What a pound of lift changes in each coarse state, (k, 6), measured with the engines held.
 
-    The unit forces of the reference state do not hold it, because functions of drag may read the lift.
+    The unit forces of the reference state do not hold it, because functions of drag may read the
+    lift.
     """
     overlay = Overlay(functions=(AxisFunction("LIFT", product(LOAD, 1.0)),))
     return -model.missing(overlay, False)[:, :6] / LOAD

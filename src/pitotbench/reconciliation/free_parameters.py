@@ -175,7 +175,7 @@ def _rounding(reference: ReferenceState, setting: AnalysisSetting, shapes: Array
 
 
 def _variations(clean: Track, setting: AnalysisSetting) -> Mapping[str, _Variation]:
-    """The parameters that act on a track: the error curve, and the biases and scales of the angles."""
+    """The parameters that act on a track: the error curve, and the angles' biases and scales."""
     variations: dict[str, _Variation] = {}
     basis = CURVE.basis(clean["impact_pressure"] / REFERENCE_PRESSURE)
     for i, name in enumerate(CURVE.parameter_names):

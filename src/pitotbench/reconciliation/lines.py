@@ -70,7 +70,7 @@ def _unpredicted(layout: Layout, noise: NoiseModel) -> Array:
 
 
 def lines_over(flights: Sequence[Mapping[str, SpectralLine]]) -> dict[str, Measure]:
-    """Return mean and deviation of the logarithm of each channel's strongest line over null flights."""
+    """Return mean and deviation of ln of each channel's strongest line over null flights."""
     ratios = [{name: line.log_ratio for name, line in each.items()} for each in flights]
     return measures_over(ratios, THRESHOLDS.line_deviation_lowest)
 

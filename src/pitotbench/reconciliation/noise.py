@@ -88,7 +88,7 @@ class NoiseModel:
         return out
 
     def given_others(self, innovations: Array) -> Array:
-        """Return innovations less their prediction from the other channels then, (n, c) [σ]."""
+        """Return each innovation less its prediction from the other channels then, (n, c) [σ]."""
         precision = np.linalg.inv(self.correlation)
         return np.asarray(innovations @ precision / np.sqrt(np.diag(precision)))
 

@@ -37,7 +37,10 @@ class Measure:
 
 
 def measures_over(flights: Sequence[Mapping[str, float]], lowest: float) -> dict[str, Measure]:
-    """Return mean and deviation over null flights of each measure; no deviation is below `lowest`."""
+    """Return the mean and the deviation of each measure over null flights.
+
+    No deviation is below `lowest`.
+    """
     values = {name: [each[name] for each in flights] for name in flights[0]}
     return {
         n: Measure(float(np.mean(v)), max(lowest, float(np.std(v, ddof=1))))
@@ -162,7 +165,7 @@ def theoretical_distribution(layout: Layout) -> NullDistribution:
 
 
 def size_label(effect: str, parameter: str) -> str:
-    """Return a size of an effect as text; that for a part of the flight is the one for all of it."""
+    """Return a size of an effect as text; for a part of the flight that of all of it."""
     return f"{effect_of(effect).part_of or effect}|{parameter}"
 
 

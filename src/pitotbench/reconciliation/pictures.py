@@ -1,4 +1,4 @@
-"""The data of the pictures of a reconciliation: the gap by place, over time, and after each effect."""
+"""The data of a reconciliation's pictures: the gap by place, over time, and after each effect."""
 
 from collections.abc import Collection, Mapping, Sequence
 

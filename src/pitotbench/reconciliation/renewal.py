@@ -502,5 +502,5 @@ class _Scan:
 
 
 def _product(one: Array, other: Array) -> Array:
-    """Inner products of columns over all instants and channels: (n, c, i) and (n, c, j) to (i, j)."""
+    """Inner products of columns, (n, c, i) and (n, c, j) to (i, j), over instants and channels."""
     return np.asarray(one.reshape(-1, one.shape[2]).T @ other.reshape(-1, other.shape[2]))

@@ -31,7 +31,7 @@ class OneHeadingError(NoAnswerError):
 
 
 class UndeterminedError(NoAnswerError):
-    """The fit has no usable bound: because of what was flown, or because air data and GPS disagree."""
+    """The fit has no usable bound, by what was flown, or as air data and GPS disagree."""
 
 
 def error_words(error: BaseException) -> str:
@@ -90,7 +90,7 @@ class Shown:
         return cast("DataFrame", views().to_frame(self))
 
     def plot(self, axes: Any = None) -> Any:
-        """Draw the record on matplotlib's axes, or in a new figure without them; return the figure."""
+        """Draw the record on matplotlib's axes, or in a new figure; return the figure."""
         return views().plot(self, axes)
 
     def _repr_html_(self) -> str:

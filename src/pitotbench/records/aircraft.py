@@ -92,7 +92,7 @@ class AircraftCheck:
 
 
 def cache_folder() -> Path:
-    """Return the folder of the cache: `$PITOTBENCH_CACHE`, else that of the system for this user."""
+    """Return the folder of the cache: `$PITOTBENCH_CACHE`, else the system's for this user."""
     return Path(
         os.environ.get("PITOTBENCH_CACHE") or user_cache_path("pitotbench", appauthor=False)
     )

@@ -386,7 +386,7 @@ class RecordedAutopilot:
 
     `wash`: by how much the indicated airspeed [m/s] reads higher at full power than at idle; its 2σ
     is infinite where power follows airspeed, so that the log does not distinguish them. None where
-    no power was recorded.
+    no power was recorded. `sensor` is the number of the sensor.
     """
 
     parameters: Mapping[str, float]
@@ -523,7 +523,8 @@ class Calibration(Shown):
     def save(self, path: str | Path) -> None:
         """Write the answer in the form of a name: page (.html), card (.csv) or data (.json).
 
-        The card is that of airspeeds, the data those of `calibrate --json`.
+        The card is that of airspeeds, the data those of `calibrate --json`. Raises BadInputError
+        for another name.
         """
         views().save(self, Path(path))
 

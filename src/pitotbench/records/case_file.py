@@ -31,7 +31,7 @@ def write_case(case: Case) -> str:
 
 
 def case_table(case: Case, omit: Sequence[str] = ()) -> dict[str, Any]:
-    """Return a case as a plain table whose keys end in units, without the fields named in `omit`."""
+    """Return a case as a plain table whose keys end in units, without the fields in `omit`."""
     return {key: value for name, key, value in _entries(case) if name not in omit}
 
 

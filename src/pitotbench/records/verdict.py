@@ -29,7 +29,7 @@ def where(phase: str, variable: str) -> str:
 class Located:
     """A place of the gap: channel, phase of flight or variable, and significance in σ.
 
-    One of phase and variable is empty, or both.
+    Of phase and variable one is empty, or both.
     """
 
     channel: str

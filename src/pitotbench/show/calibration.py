@@ -116,7 +116,7 @@ def _points(curve: ErrorCurve, truth: MetersPerSecond) -> tuple[Correction, ...]
 
 
 def _corrections(result: Calibration) -> tuple[Correction, ...]:
-    """The curve at 100, 130 and 160 KIAS, or at its ends and middle where it does not reach so far."""
+    """The curve at 100, 130 and 160 KIAS, or at its ends and middle if it is shorter."""
     curve = result.curve
     speed = curve.indicated_airspeed / KNOT
     covered = speed[0] <= _USUAL_KT[0] + 0.5 and speed[-1] >= _USUAL_KT[-1] - 0.5

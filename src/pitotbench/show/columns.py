@@ -212,7 +212,7 @@ def csv_text(rows: Sequence[Mapping[str, object]], **whole: object) -> str:
 
 
 def inert(value: Any) -> Any:
-    """Return a cell as no spreadsheet takes it for a formula: behind an apostrophe where it would."""
+    """Return a cell that no spreadsheet takes for a formula, behind an apostrophe if needed."""
     formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r"))
     return f"'{value}" if formula else value
 

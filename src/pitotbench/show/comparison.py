@@ -1,4 +1,4 @@
-"""Show two versions of an airplane's file: what changed in flight, in words, tables, JSON, a page."""
+"""Show two versions of an airplane's file: what changed in flight, as words, tables, JSON, page."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -36,7 +36,7 @@ class CurveDifference:
 
     @property
     def differs(self) -> bool:
-        """Whether the curves differ somewhere by more than the band that holds everywhere at once."""
+        """Whether the curves differ somewhere by more than the band of all airspeeds at once."""
         return bool(np.any(np.abs(self.difference) > self.simultaneous_two_sigma))
 
 

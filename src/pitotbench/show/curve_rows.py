@@ -178,7 +178,7 @@ def points_json(points: Sequence[FixedSpeedPoint]) -> list[dict[str, Any]]:
 
 
 def off_curve(curve: ErrorCurve, point: FixedSpeedPoint) -> float | None:
-    """The point's correction minus that of a curve [kt]; None more than one step beyond its ends."""
+    """The point's correction minus a curve's [kt]; None more than a step beyond its ends."""
     from scipy.interpolate import CubicSpline  # slow to import, and not needed for typed legs
 
     speed, place = curve.indicated_airspeed, point.indicated_airspeed

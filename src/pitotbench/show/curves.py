@@ -303,7 +303,7 @@ _MOST_POINTS = 20_000  # more cannot be distinguished
 
 
 def scatter_svg(results: "pd.DataFrame", vertical: str, horizontal: str) -> str:
-    """One column of results drawn against another, a color a maneuver, as the text of an SVG file."""
+    """One column of results drawn against another, a color a maneuver, as text of an SVG."""
     marks = drawing(*scatter_marks(results, vertical, horizontal), frame(horizontal, vertical))
     with stacked([marks], LARGE, legend_columns=4) as figure:
         text = svg(figure, f"{vertical} against {horizontal}")

@@ -1,4 +1,4 @@
-"""The pages: a campaign, calibrated logs, the account of a log, the check of an aircraft, a plan."""
+"""The pages: a campaign, calibrated logs, a log's account, an aircraft's check, a plan."""
 
 from collections.abc import Mapping, Sequence
 from html import escape

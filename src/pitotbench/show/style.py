@@ -68,7 +68,7 @@ _SHEET = {
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """One picture of a page: its title and note are the page's text, the drawing is an SVG element."""
+    """One picture of a page: title and note are the page's text, the drawing an SVG element."""
 
     title: str
     drawing: str

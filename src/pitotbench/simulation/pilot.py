@@ -84,7 +84,7 @@ class Person(AutopilotOnly):
         self._waiting.append((self._now + self.reaction, name, value))
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Set the commands that are due, let values drift, and correct what is noticed."""
+        """Set the commands that are due, let the values drift, and correct what is noticed."""
         self._now += seconds
         while self._waiting and self._waiting[0][0] <= self._now:
             _, name, value = self._waiting.popleft()
@@ -211,7 +211,7 @@ class Cockpit:
         return bool(self._judged) and self.within(*self._judged)
 
     def within(self, *quantities: str) -> bool:
-        """Return whether quantities (airspeed, heading, altitude) are within the card's tolerances."""
+        """Return whether airspeed, heading, altitude are within the card's tolerances."""
         return all(abs(self.deviation(q)) <= self._tolerances[q] for q in quantities)
 
     def deviation(self, quantity: str) -> float:
@@ -393,7 +393,7 @@ def settle(cockpit: Cockpit, label: str = "", quantities: tuple[str, ...] = ALL)
 
 
 def leg(cockpit: Cockpit, seconds: float, *judged: str) -> Ticks:
-    """Fly straight and level for a time [s]; by default airspeed, heading and altitude are judged."""
+    """Fly straight and level for a time [s], by default judged by airspeed, heading, altitude."""
     cockpit.begin(cockpit.name("leg"), *(judged or ALL))
     yield from wait(seconds)
 
@@ -440,7 +440,7 @@ def sweep(cockpit: Cockpit, angle: float, bank: float, lead: bool = False) -> Ti
 
 
 def _roll_out_lead(cockpit: Cockpit) -> float:
-    """Return the change of heading [rad] while the wings are rolled level at the card's roll rate."""
+    """Return the change of heading [rad] while the wings roll level at the card's rate."""
     # During the roll-out the turn rate falls to zero nearly linearly, so its mean is half the
     # present one.
     roll = max(cockpit.bank, 0.0)

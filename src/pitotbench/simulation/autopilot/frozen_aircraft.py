@@ -242,7 +242,7 @@ class FrozenAircraft:
         return [self.read(path) for path in paths if path in self.properties]
 
     def place(self, state: State) -> None:
-        """Put the aircraft into a state, with its path in the plane of symmetry but for the roll."""
+        """Put the aircraft into a state, its path in the plane of symmetry but for the roll."""
         fps = state.speed / FOOT
         for path, value in (
             ("ic/h-sl-ft", self._altitude / FOOT),

@@ -106,7 +106,7 @@ def wrong_slopes(aircraft: FrozenAircraft, models: Sequence[Linear]) -> list[str
 
 
 def engine_time(aircraft: FrozenAircraft, trim: Trim) -> float:
-    """Return the time [s] in which the thrust makes 63 % of its change after a step of the lever."""
+    """Return the time [s] in which the thrust makes 63 % of its change after a lever step."""
     aircraft.place(State(trim.speed, trim.alpha, elevator=trim.elevator))
     lever = min(trim.lever, 1.0 - ENGINE_STEP)
     before = aircraft.set_lever(lever)

@@ -90,7 +90,7 @@ def pull(model: Linear) -> float:
 
 
 def bank_loop(model: Linear, bank: float, roll: float, yaw: float) -> tuple[Array, Array]:
-    """Return the closed bank loop over (beta, p, r, bank, aileron, rudder), and its input column."""
+    """Return the closed bank loop (beta, p, r, bank, aileron, rudder), and its input column."""
     aileron, rudder = model.lateral[1, 3], model.lateral[2, 4]
     damping = abs(model.lateral[1, 1]) + roll
     alpha, turn = model.trim.alpha, model.gravity
@@ -109,7 +109,7 @@ def has_effect(effect: float) -> bool:
 
 
 def step_response(a: Array, column: Array, output: int, time: Array) -> Array:
-    """Return the response of one state to a unit step, (n,), at equally spaced times [s] from zero."""
+    """Return the response of a state to a unit step, (n,), at even times [s] from zero."""
     size = len(a)
     joined = np.zeros((size + 1, size + 1))
     joined[:size, :size], joined[:size, size] = a, column

@@ -1,4 +1,4 @@
-"""The table of maneuvers. A new maneuver is an entry on the page of its family and one line here."""
+"""The table of maneuvers. A new one is an entry on the page of its family and one line here."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -131,7 +131,7 @@ def fly_rapid_decel(cockpit: Cockpit, card: RapidDecelCard) -> Ticks:
 def _both_ways(
     cockpit: Cockpit, card: StepBothWaysCard | RapidDecelCard, slow_down: Callable[[int], Ticks]
 ) -> Ticks:
-    """Set up unrecorded, then fly leg and deceleration on one heading and its reciprocal in turn."""
+    """Set up unrecorded, then fly leg and deceleration on a heading and its reciprocal in turn."""
     heading = card.heading
     yield from set_up(cockpit, card.speeds[0], heading)
     for run in range(card.repeats):

@@ -127,7 +127,7 @@ class DecelCircleCard(Card):
 
 
 def fly_decel_circle(cockpit: Cockpit, card: DecelCircleCard) -> Ticks:
-    """Fly the card: set up unrecorded, roll in, then dwell at each speed and slow down to the next."""
+    """Fly the card: set up unrecorded, roll in, dwell at each speed and slow down to the next."""
     yield from set_up(cockpit, card.speeds[0], card.heading)
     cockpit.hold_bank(card.bank)
     for index, (speed, dwell) in enumerate(zip(card.speeds, card.dwells, strict=True)):

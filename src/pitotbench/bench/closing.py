@@ -179,7 +179,7 @@ def _gained(judged: Judged, names: Sequence[str], chosen: str) -> float:
 def _form(gap: Gap) -> float:
     """Return the deviation of the form of a gap's patch, as a share.
 
-    One of a set is off by what the others of the set have as well.
+    A cause of a set is off by what the others of the set have as well.
     """
     whole = sum(cause.probability for cause in gap.causes)
     return hypot(FORM, 1.0 - gap.causes[0].probability / max(whole, gap.causes[0].probability))

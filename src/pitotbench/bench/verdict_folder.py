@@ -47,10 +47,7 @@ def keep(
 
 
 def _write(out: Path, texts: Mapping[str, str]) -> list[str]:
-    """Write files to a folder, delete an earlier run's, and return the line to print.
-
-    Those files do not belong to this verdict.
-    """
+    """Write files to a folder, delete an earlier run's, and return the line to print."""
     out.mkdir(parents=True, exist_ok=True)
     for name in set(WRITTEN) - texts.keys():
         (out / name).unlink(missing_ok=True)

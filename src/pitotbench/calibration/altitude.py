@@ -477,10 +477,10 @@ class _Profile:
 
 
 def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
-    """Return the receiver's height less its velocity's integral [m], and the white variance [m²].
+    """Return by block the receiver's height less its velocity's integral [m], and noise [m²].
 
-    Both are per block. Without vertical velocity the first is None and the second is one over the
-    number of fixes in the block.
+    The noise is the white variance. Without vertical velocity the first is None and the second is
+    one over the number of fixes in the block.
     """
     count = len(blocks.count)
     if carried.offsets is None:

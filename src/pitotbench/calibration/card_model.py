@@ -268,9 +268,9 @@ class CardModel:
         )
 
     def gradient(self, at: MetersPerSecond, configuration: str) -> Array:
-        """Return a configuration's change of the corrections with the coefficients, (c, p).
+        """Return a configuration's change of corrections with coefficients, (c, p).
 
-        They are at airspeeds `at` (c,) [m/s]. The thermometer is no part of them.
+        `at` are airspeeds (c,) [m/s]. The thermometer is no part of them.
         """
         columns = self.basis(at, np.full(len(at), self.configurations[configuration]))
         return np.column_stack([columns, np.zeros(len(at))])

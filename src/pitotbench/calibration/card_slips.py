@@ -101,9 +101,9 @@ class _Suspicion:
 
 @dataclass(frozen=True, slots=True)
 class _Judged:
-    """A set of slips, by place, with the model of the other legs.
+    """A set of slips, by place, ln of its probability, and the model of the other legs.
 
-    Further ln of its probability, and the places of the legs that are the next to be suspected.
+    `suspects` are the places of the legs that are the next to be suspected.
     """
 
     model: CardModel

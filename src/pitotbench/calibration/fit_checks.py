@@ -225,7 +225,7 @@ def disagreements(
 def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> Calibration:
     """Return a calibration with its fixed-speed points, and the one farthest off its curve.
 
-    That point is a disagreement where it is off by more than the bounds of both.
+    A point beyond the bounds of both is a disagreement.
     """
     calibration = replace(calibration, points=tuple(points))
     curve, worst = calibration.curve, None

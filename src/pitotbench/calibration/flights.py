@@ -227,9 +227,9 @@ def reduce_flights(
 def _of_one_curve(
     logs: Sequence[FlightLog], places: Sequence[int], options: CalibrationOptions, known: "Known"
 ) -> list[tuple[_Part[tuple[Reduction, Calibration]], Reduction, MetersPerSecond | None]]:
-    """The flights of the logs at some places with the answer that they have together.
+    """Return the flights at some places with their joint answer, and airspeeds common to all.
 
-    Further the indicated airspeeds [m/s] that all cover; None for those of a single flight.
+    The airspeeds are indicated [m/s], None for those of a single flight.
     """
     rows = {id(logs[place]): observe(logs[place], options) for place in places}
     scale = scale_of([*rows.values()])

@@ -73,7 +73,7 @@ def _as_meant(
 ) -> tuple[CardModel, tuple[Slip, ...], tuple[str, ...]]:
     """Return the model of the card, its slips and a warning, with directions as tracks or headings.
 
-    They are what the card says, unless the other makes the same legs clearly more probable.
+    Directions are what the card says, unless the other makes the same legs clearly more probable.
     """
     model, slips = find_slips(legs, steps, stated, priors)
     other = CardModel(_turned(model.legs), steps, stated, model.struck_rows, priors)

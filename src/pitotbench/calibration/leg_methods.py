@@ -182,7 +182,7 @@ def wind_from(wind: Array | list[float]) -> float:
 
 
 def answer_of_legs(velocity: Array) -> tuple[Array, float | None]:
-    """Return [V, W_N, W_E] [m/s] of legs' ground velocities, (n, 2), by the method of their number.
+    """Return [V, W_N, W_E] [m/s] of legs' ground velocities, (n, 2), by their number's method.
 
     Further the spread of the answers of three among four.
 

@@ -363,7 +363,7 @@ def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerS
 def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
     """Return the change of predicted airspeed per second of GPS latency, (n,) [m/s].
 
-    That is the ground acceleration along the airspeed.
+    The change is the ground acceleration along the airspeed.
     """
     return np.asarray(-np.einsum("na,na->n", along_track(prediction), obs.acceleration))
 

@@ -345,7 +345,7 @@ def wind_drifts(options: CalibrationOptions, obs: Observations) -> bool:
 def parts_of(log: FlightLog, options: CalibrationOptions) -> UsableParts:
     """Return the usable parts of a log: all of it where the user has chosen the rows.
 
-    That choice is the rows on condition, or the slowest airspeed.
+    Rows are chosen as those on condition, or by the slowest airspeed.
     """
     chosen = options.on_condition or options.slowest is not None
     return _every_row(log) if chosen else usable_parts(log)

@@ -276,9 +276,7 @@ class CurveMap:
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
-    """Return round airspeeds [m/s], (c,), over the 0.1 to 99.9 percentile of the data (n,).
-
-    They are indicated.
+    """Return round indicated airspeeds [m/s], (c,), within 0.1 to 99.9 % of the data (n,).
 
     They are multiples of the least step in knots that gives 32 points or fewer.
     """

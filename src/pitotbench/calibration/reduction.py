@@ -328,10 +328,7 @@ def _screened(
 def _along_path(
     model: PredictionModel, options: CalibrationOptions, obs: Observations
 ) -> FirstPass | None:
-    """Return the first pass with a drifting wind, None for another wind.
-
-    It starts from the constant wind that fits best.
-    """
+    """Return the first pass with a drifting wind from the best constant one, else None."""
     if options.method != "covering" or not wind_drifts(options, obs):
         return None
     # A curve of several terms and a wind that drifts far are easily confounded: the path comes from

@@ -154,7 +154,7 @@ def _density(distance: float, spread: float) -> float:
 def _true_airspeed(result: Calibration, log: FlightLog) -> list[_Cause]:
     """Return the cause that the column has true airspeed, if that would explain the curve.
 
-    Then no more of the curve would be left than an airplane's own error.
+    Else more of the curve would be left than an airplane's own error.
     """
     static, shown = float(np.median(log.static_pressure)), result.curve.indicated_airspeed
     height = air.pressure_altitude(static)

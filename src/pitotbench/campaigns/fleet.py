@@ -98,7 +98,7 @@ def _here() -> tuple[str, int]:
 class Limits:
     """The most that one task may use: `seconds` of wall time, `memory` bytes of its process.
 
-    None: no limit.
+    No limit where it is None.
 
     They do not hold in the process of the driver, since a task that breaks the limit of time ends
     its process.

@@ -259,7 +259,7 @@ def _indexed(store: ResultStore) -> Path:
 def _flights_held(path: Path, seal: Path, keys: list[str]) -> set[str]:
     """Return the flights of an index that is whole and holds no part that is gone, else none.
 
-    With none the index is made again.
+    An index without flights is made again.
     """
     from pandas import read_parquet
 

@@ -165,8 +165,8 @@ def _reduced(
 ) -> "tuple[list[tuple[Path, CalibratedFlight]], OverDates | None]":
     """Return each flight with its log's path and its calibration, and its course over dates.
 
-    With one curve for each log where asked for, else one for all. Of logs that are `bundled` in a
-    folder, those that have an answer; the course of the correction over their dates is that of a
+    There is one curve for each log where asked for, else one for all. Of logs that are `bundled` in
+    a folder, those that have an answer; the course of the correction over their dates is that of a
     folder alone.
     """
     from pitotbench.bench.calibration_request import (

@@ -202,9 +202,9 @@ class Marginal:
 
 
 def information_from(normal: Array, right: Array, square: float = 0.0) -> Information:
-    """Return the information of columns' inner products, those with the residual, and its own.
+    """Return the information of columns' inner products, (m, m), with the residual's, (m,).
 
-    They are (m, m), (m,) and one number.
+    `square` is the residual's own.
     """
     return Information(np.block([[normal, right[:, None]], [right[None], np.array([[square]])]]))
 

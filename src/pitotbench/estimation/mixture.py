@@ -120,9 +120,9 @@ class Posterior:
         )
 
     def without(self, place: int) -> "Posterior":
-        """Return the same answer where θ[place] is known to be zero.
+        """Return the same answer where θ[place] is zero, known to a thousandth of its deviation.
 
-        To a thousandth of its deviation: an exact number has no bound.
+        An exact number has no bound.
         """
         shared = self.covariances[:, :, place]
         by_variance = (1.0 - _EXACT) * shared / shared[:, place, None]

@@ -412,9 +412,7 @@ def _nodes(
 def _climb(
     heights: Heights, start: Array, enough: float, count: int | None = None
 ) -> tuple[Array, Array]:
-    """Return the maximum of a smooth function of few variables, and its curvature.
-
-    That is minus the second derivatives there.
+    """Return the maximum of a function of few variables, and minus its second derivatives.
 
     Newton's method with numerical derivatives; it ends with a step that gains less than `enough`.
     Second derivatives between the first `count` variables and the others are taken as zero. The

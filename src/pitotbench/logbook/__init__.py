@@ -1,6 +1,6 @@
-"""Read and write flight logs: CSV, Parquet and .mat of ours, foreign logs by a mapping.
+"""Read and write flight logs: our own as CSV, Parquet and .mat, foreign ones by a mapping.
 
-In ours, units are column suffixes.
+Column names of our own end in their units.
 """
 
 from pitotbench.logbook.columns import QUANTITIES as QUANTITIES

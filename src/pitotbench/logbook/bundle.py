@@ -30,9 +30,9 @@ def is_bundle(path: Path) -> bool:
 def opened(path: Path) -> Iterator[Path]:
     """Give the path at which a log can be read, inside a .zip file that of an unpacked folder.
 
-    Such a file is a .zip file or one in it (`card.zip/flight.csv`). The folder is removed again.
-    Raises BadInputError for a .zip file that is broken, locked, or unpacks to more than 2 GB, and
-    where the disk does not take it.
+    A path is a log's own, a .zip file's, or one in it (`card.zip/flight.csv`). The folder is
+    removed again. Raises BadInputError for a .zip file that is broken, locked, or unpacks to more
+    than 2 GB, and where the disk does not take it.
     """
     packed = next(
         (p for p in (path, *path.parents) if p.suffix.lower() == ZIP and p.is_file()), None

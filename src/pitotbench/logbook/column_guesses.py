@@ -102,10 +102,7 @@ def _evenness(time: Array) -> float:
 
 
 def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> list[Guess]:
-    """Return the guesses for words of a name, each with the units that suit its values.
-
-    In these units the values are plausible.
-    """
+    """Return the guesses for words of a name with the units that make its values plausible."""
     found: list[Guess] = []
     if _NOT_MEASURED & set(words) or list(words) == ["rate"] or _OTHER_UNITS.search(name):
         return found

@@ -52,7 +52,7 @@ _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is
 class _Form:
     """How a table is written: begin, separator, decimal mark, and lines below the names.
 
-    Such lines hold units or other names and stand above the first row.
+    The lines, of units or other names, stand above the first row.
     """
 
     above: int

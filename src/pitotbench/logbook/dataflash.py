@@ -1,6 +1,6 @@
-"""Read the messages of an ArduPilot DataFlash log, binary or text, by pymavlink.
+"""Read the messages of an ArduPilot DataFlash log, binary or as text.
 
-That is of the extra pitotbench[logs].
+Needs pymavlink, of the extra pitotbench[logs].
 """
 
 from collections.abc import Sequence

@@ -237,7 +237,7 @@ def _at_fixes(between: Array, reach: int) -> Array:
 def _noise(velocity: Array, spacing: int) -> float:
     """Return the 1σ of a velocity's noise, by third differences `spacing` rows apart.
 
-    Such rows share no fix.
+    Rows so far apart share no fix.
     """
     third = np.concatenate(
         [white_differences(velocity[first::spacing], 3) for first in range(spacing)]

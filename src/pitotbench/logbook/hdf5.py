@@ -1,6 +1,6 @@
-"""Read the variables of a .mat file of version 7.3, which is HDF5, by h5py.
+"""Read the variables of a .mat file of version 7.3, which is HDF5.
 
-That is of the extra pitotbench[hdf5].
+Needs h5py, of the extra pitotbench[hdf5].
 """
 
 from pathlib import Path

@@ -82,10 +82,7 @@ _ROWS = 20_000  # that medians and slopes are taken over: more would only take t
 
 
 def some(draft: Draft, name: str) -> Array:
-    """Return evenly spaced values of a channel, (k,), in the same rows for all channels.
-
-    There are at most about `_ROWS`.
-    """
+    """Return at most some `_ROWS` values of a channel, (k,), evenly spaced, in common rows."""
     return draft.channels[name][:: max(1, len(draft.rows) // _ROWS)]
 
 
@@ -108,8 +105,8 @@ _LASTING = 4.0
 def block_slope(time: Array, design: Array, values: Array) -> tuple[float, float]:
     """Return the coefficient of the second row of `design`, (m, n), and its standard error.
 
-    By a least-squares fit to `values`, (n,), over means of blocks of time; the error is infinite
-    where the log is too short.
+    A least-squares fit to `values`, (n,), over means of blocks of time; the error is infinite where
+    the log is too short.
     """
     number = np.unique(np.floor(time / _BLOCK), return_inverse=True)[1]
     count = np.bincount(number)

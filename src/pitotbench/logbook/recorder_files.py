@@ -1,6 +1,6 @@
-"""Read gliders' flight-recorder files: IGC, by the FAI's Technical Specification for them.
+"""Read the files of flight recorders of gliders (IGC).
 
-It is that for GNSS Flight Recorders.
+Source: the FAI's Technical Specification for GNSS Flight Recorders.
 """
 
 import re

@@ -1,6 +1,6 @@
-"""Read the first sheet of a spreadsheet (.xlsx) that holds a table, by openpyxl.
+"""Read the first sheet of a spreadsheet (.xlsx) that holds a table.
 
-That is of the extra pitotbench[logs].
+Needs openpyxl, of the extra pitotbench[logs].
 """
 
 import csv

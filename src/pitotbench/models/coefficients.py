@@ -57,9 +57,9 @@ def values_of(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
 
 
 def coefficient_units(forces: ModelForces, motion: Motion) -> dict[str, Array]:
-    """Return the force or moment of a unit coefficient: pressure times area and length.
+    """Return by channel the force or moment of a unit coefficient along a motion.
 
-    By channel, along a motion.
+    It is pressure times area and length.
     """
     area, span, chord = forces.wing
     pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2

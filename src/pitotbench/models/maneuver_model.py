@@ -61,8 +61,8 @@ def _react(
 ) -> Reaction:
     """Return the specific forces and angular accelerations that the air makes in each state.
 
-    By the measured mass and what a patch has `added` to it [kg]. A function over the rate of the
-    angle of attack follows the model's own forces; that of the log is measured.
+    The mass is the measured one and what a patch has `added` to it [kg]. A function over the rate
+    of the angle of attack follows the model's own forces; that of the log is measured.
     """
     axes = sorted(set(rated.values()))
     plant = Plant.load(name, FINE_RATE, unit_overlay(axes) + (overlay or Overlay()), at_once=True)

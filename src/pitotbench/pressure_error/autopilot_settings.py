@@ -1,7 +1,4 @@
-"""Scale and offset by which an autopilot takes a calibrated error out of its airspeed.
-
-They follow the curve of a calibration.
-"""
+"""The scale and offset that take the error of a calibrated airspeed out of an autopilot."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

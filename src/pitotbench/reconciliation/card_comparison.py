@@ -95,11 +95,11 @@ def control_activity_difference(measured: FlightLog, flights: Sequence[FlightLog
 
 
 def gust_difference(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
-    """Return the logarithm of how much more a log's load factor shakes than on flights of its card.
+    """Return the absolute ln of how much more a log's load factor shakes than its card's.
 
-    Its sign is dropped. Gusts shake the load factor within a second, and no hand does. The
-    logarithm is 0.35 between smooth air and light turbulence, and 1.0 between light and moderate
-    turbulence (circles of 20 Hz). Infinite where a log has no load factor.
+    Gusts shake the load factor within a second, and no hand does. The logarithm is 0.35 between
+    smooth air and light turbulence, and 1.0 between light and moderate turbulence (circles of 20
+    Hz). Infinite where a log has no load factor.
     """
     own, others = _shaking(measured), [_shaking(log) for log in flights]
     if own is None or any(each is None for each in others):
@@ -160,10 +160,7 @@ def _parts(log: FlightLog, labels: Sequence[str]) -> Parts:
 def _features(
     label: str, measured: Parts, simulated: Sequence[Parts], patched: Sequence[Parts]
 ) -> list[Feature]:
-    """Return the features of a segment; their deviation is that of flights of one airplane.
-
-    Each flight deviates from the mean of its group.
-    """
+    """Return a segment's features, with the deviation of one airplane's flights."""
     in_flight = features_of(measured[label])
     before = [features_of(parts[label]) for parts in simulated]
     after = [features_of(parts[label]) for parts in patched]

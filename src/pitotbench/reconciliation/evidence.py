@@ -52,10 +52,7 @@ def widest(size: Parameter) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Weighed:
-    """An effect weighed: ln of its evidence, its sizes (k,), and the prior deviations (k,).
-
-    These deviations are the ones that suit the sizes best.
-    """
+    """An effect weighed: ln of its evidence, its sizes (k,), and the best prior deviations (k,)."""
 
     log_evidence: float
     sizes: Array
@@ -179,10 +176,10 @@ def evidence_beyond_floor(
 
 
 def _with_fluctuations(products: Array, beside: Sequence[int], columns: Sequence[int]) -> Array:
-    """Return the products with, before the residual, what beside columns leave of some columns.
+    """Return the products with fluctuations of columns, what `beside` leave of them, added.
 
-    These are fluctuations: an elevator that answers a gust moves with the pitching of the gust, as
-    one of another effectiveness would. `beside` are cells and free parameters.
+    They stand before the residual. An elevator that answers a gust moves with the pitching of the
+    gust, as one of another effectiveness would. `beside` are cells and free parameters.
     """
     across = products[np.ix_(beside, columns)]
     turn = np.zeros((len(products), len(columns)))

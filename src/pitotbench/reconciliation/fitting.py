@@ -151,9 +151,9 @@ def with_terms(fitted: Fitted) -> Fitted:
 
 
 def _placed_beside(block: Block, fitted: Fitted) -> Layout:
-    """Return a layout with events and part-of-flight effects where they explain most.
+    """Return a layout with events and part-of-flight effects placed beside the gaps found.
 
-    They are placed beside the gaps that were found.
+    Each stands where it explains most.
     """
     layout, fit, taken = block.layout, fitted.fit_of(block), {m.name for m in fitted.members}
     bare = layout.without([layout.signatures[c].column for c in fit.columns], fit.sizes)

@@ -118,9 +118,9 @@ def quick_velocity(track: Track) -> Mapping[str, Array]:
 
 
 def _sink(track: Track) -> Array:
-    """Return the velocity down [m/s] by static pressure, with quick changes by accelerometers.
+    """Return the velocity down [m/s] by static pressure, quick changes by accelerometers.
 
-    Where these shake, the quick changes are left out.
+    Where the accelerometers shake, the quick changes are left out.
     """
     acceleration = earth_acceleration(track)
     sink = -_rate(track, air.pressure_altitude(track["static_pressure"]))
@@ -155,9 +155,9 @@ def complementary_filter(track: Track, measured: Array, predicted: Array) -> Arr
 
 
 def integrated(track: Track, rate: Array) -> Array:
-    """Return the integral of a rate over the rows, from zero.
+    """Return the trapezoidal integral of a rate over the rows, from zero.
 
-    By trapezoids: rectangles are half a row late.
+    Rectangles are half a row late.
     """
     return np.asarray(cumulative_trapezoid(rate, dx=track.row_period, initial=0))
 

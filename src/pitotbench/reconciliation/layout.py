@@ -148,10 +148,7 @@ class Layout:
         return replace(self, residuals=replace(self.residuals, values=values))
 
     def with_angles(self, angles: Mapping[str, float]) -> "Layout":
-        """Return the layout with vane errors, which its track lacks, added to its residuals.
-
-        They are added to first order.
-        """
+        """Return the layout with vane errors, which its track lacks, in its residuals, linearly."""
         sizes = [angles.get(name, 0.0) for name in self.free.names]
         residuals = replace(
             self.residuals, values=self.residuals.values + self.free.columns @ np.array(sizes)
@@ -192,8 +189,9 @@ def lay_out(
 def vane_errors(layout: Layout) -> dict[str, float]:
     """Return the errors of the vanes that a log shows beside the sizes of all effects.
 
-    By the name of the free parameter, with 0 for those that the log does not show. Empty without a
-    force meter. Without the effects, a pitch stiffness that is half off would look like a vane.
+    They go by the name of the free parameter, with 0 for those that the log does not show. Empty
+    without a force meter. Without the effects, a pitch stiffness that is half off would look like a
+    vane.
     """
     if layout.reference.force_model is None:
         return {}

@@ -507,9 +507,9 @@ class Regression:
     def _of_discrepancies(
         self, marginal: Marginal, members: Sequence[FittedHypothesis]
     ) -> list[dict[str, float]]:
-        """Return ln of prior times evidence of each place's discrepancies, by hypothesis.
+        """Return ln of prior times evidence of each place's discrepancies beside a hypothesis.
 
-        They stand in the fit together with the hypothesis.
+        There is a mapping for each hypothesis.
         """
         found: list[dict[str, float]] = [{} for _ in members]
         hypotheses = [(member.columns, member.deviations) for member in members]

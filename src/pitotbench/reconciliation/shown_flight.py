@@ -1,6 +1,6 @@
-"""What one flight shows with all gaps in the model: what they close, and what still differs.
+"""What one flight shows with all gaps in the model, and how small an effect it would show.
 
-Further: how small an effect it would show, and what it cannot show.
+What the gaps close, where it still differs, and what it cannot show are told too.
 """
 
 from collections.abc import Collection, Iterable, Sequence

@@ -121,10 +121,10 @@ def signature_of(
 def residual_change(
     effect: Effect, reference: ReferenceState, sizes: Mapping[str, float]
 ) -> Array | None:
-    """Return the change of the residuals by an effect of these sizes, (n, c), None without one.
+    """Return the change of the residuals by an effect of these sizes, (n, c).
 
-    There is none where the log cannot show it, or the aircraft lacks the part that it changes. Each
-    class of effects registers how it acts on a reference state.
+    None where the log cannot show it, or the aircraft lacks the part that it changes. Each class of
+    effects registers how it acts on a reference state.
     """
     return None
 
@@ -225,9 +225,9 @@ def _warmed(reference: ReferenceState, warmer: float) -> Array | None:
 
 
 def _spares_engines(overlay: Overlay) -> bool:
-    """Return whether an overlay adds only forces and moments of the air, so that thrust cancels.
+    """Return whether an overlay only adds forces and moments of the air.
 
-    It cancels in the difference.
+    Thrust then cancels in the difference.
     """
     elsewhere = [s for s in overlay.settings if not s.path.startswith(OF_THE_AIR)]
     return not (elsewhere or overlay.masses or overlay.forces or overlay.filters)

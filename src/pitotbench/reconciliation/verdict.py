@@ -379,10 +379,9 @@ LEAST_SHOWN = 0.2
 
 
 def agreeing_changes(fitted: Fitted) -> list[tuple[str, Estimate]]:
-    """Return the changes of the derivatives in which maneuvers show no gap.
+    """Return the changes, fitted with all gaps, of derivatives in which maneuvers show none.
 
-    All are fitted together, with the gaps. Only those are told that the maneuvers show. Empty for
-    any other log.
+    Only those are told that the maneuvers show. Empty for any other log.
     """
     regression = fitted.regression
     if not all(block.layout.setting.maneuvers for block in regression.blocks):

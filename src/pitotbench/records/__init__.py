@@ -20,9 +20,9 @@ class BadInputError(ValueError):
 
 
 class NoAnswerError(RuntimeError):
-    """The input is valid but does not determine an answer: exit code 3.
+    """The input is valid but does not determine an answer.
 
-    It is not observable, or not converged.
+    The answer is not observable, or the fit has not converged. Exit code 3.
     """
 
 

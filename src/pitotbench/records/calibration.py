@@ -536,9 +536,10 @@ class Calibration(Shown):
             raise AttributeError(f"a {type(self).__name__} has no {name!r}{hint}")
 
     def write_page(self, path: str | Path, units: str = "") -> None:
-        """Write the answer, its picture and its card as a page (.html), in `units` or kt and ft.
+        """Write the answer, its picture and its card as a page (.html).
 
-        Such units are `km/h,m`. Raises BadInputError for another name or unit.
+        The page is in `units` such as `km/h,m`, by default in kt and ft. Raises BadInputError for
+        another name or unit.
         """
         views().write_page(self, Path(path), units)
 

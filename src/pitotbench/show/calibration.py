@@ -242,9 +242,9 @@ def findings_of(result: Calibration) -> list[Finding]:
 
 
 def headline(result: Calibration) -> list[str]:
-    """Return what contradicts an answer within its own log: what forbids its use, then all else.
+    """Return a line with what forbids an answer's use, and one with what else contradicts it.
 
-    Each is one line.
+    Both are from the answer's own log.
     """
     fatal = [each.words for each in result.disagreements if each.fatal]
     others = [each.words.partition(". ")[0] for each in result.disagreements if not each.fatal]

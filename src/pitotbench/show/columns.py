@@ -46,7 +46,7 @@ _SHELL_LETTERS = frozenset("&|<>^()")  # of the command prompt of Windows
 def command_line(words: Sequence[str], system: str = os.name) -> str:
     """Return a command as it is pasted into a POSIX shell, on Windows into the command prompt.
 
-    To the latter `&` and others of its letters mean something.
+    Letters such as `&` mean something to the command prompt.
     """
     if system != "nt":
         return shlex.join(words)

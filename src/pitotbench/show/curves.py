@@ -90,9 +90,9 @@ def curve_marks(
     truth: MetersPerSecond | None = None,
     limit: Limit | None = None,
 ) -> list[Mark]:
-    """Return the marks of the correction with ±2σ, data, other curves, limit and truth.
+    """Return the marks of the correction over indicated airspeed, ±2σ, and what is beside it.
 
-    They are over indicated airspeed.
+    Beside it are the data, other models' curves, the limit, and the truth where known.
 
     The points of fixed-speed methods of the first lie over its curve, as in Martos et al. (2011),
     Fig. 13.

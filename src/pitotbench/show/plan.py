@@ -91,10 +91,7 @@ _AS_LONG = 1.1  # times the minutes of the best: a maneuver within its spread th
 
 
 def plan_columns(plan: Plan) -> list[Column[Forecast]]:
-    """Return the columns of a plan's forecasts.
-
-    Those of a wanted bound are shown only where one was asked for.
-    """
+    """Return the columns of a plan's forecasts, those of a wanted bound where one is asked for."""
     want, minutes = plan.want, plan.minutes
 
     def times(each: Forecast) -> int | None:

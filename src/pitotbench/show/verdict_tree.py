@@ -1,6 +1,6 @@
-"""The tree of a reconciliation, one for all voices: verdict, patch, gap, and the card reflown.
+"""The tree of a reconciliation, one for all voices, its page and its record.
 
-Its page and its record are here as well.
+The tree has the verdict, what is added to the model, where the gap is, and the card flown again.
 """
 
 from collections.abc import Sequence

@@ -13,9 +13,7 @@ _INCHES = {"IN": 1.0, "FT": 12.0, "M": 12.0 / FOOT}
 
 
 def read_baseline(folder: Path) -> Baseline:
-    """Read an aircraft's center of gravity, aerodynamic functions, engines and settings.
-
-    They are in the files of its folder.
+    """Read the center of gravity, aerodynamic functions, engines and settings of an aircraft.
 
     Raises BadInputError for a file that is not XML, or that holds text in place of a number.
     """

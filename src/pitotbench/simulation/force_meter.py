@@ -109,7 +109,7 @@ def _hold(plant: Plant, motion: Motion) -> None:
 
 
 def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
-    """Return geometric height [m] and speed of sound [m/s] at each state's pressure, (n,) each.
+    """Return geometric height [m] and speed of sound [m/s] at each state's pressure, (n,).
 
     They come from a table of the plant's atmosphere, which may be warmer than standard.
     """

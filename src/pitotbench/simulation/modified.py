@@ -136,7 +136,7 @@ def patched_sizes(aircraft: str) -> dict[tuple[str, str], float]:
 def unpatched(aircraft: str) -> str:
     """Return the airplane before the patches that logs showed, itself where it has none.
 
-    These patches are the ones whose `variant.toml` states bounds.
+    A patch that logs showed states bounds in its `variant.toml`.
     """
     table = _origin(aircraft)
     if table is None or "two_sigma" not in table.get("provenance", {}):

@@ -172,8 +172,8 @@ def speed_range(aircraft: str) -> tuple[float, float]:
 def card_speeds(record: Attached) -> tuple[float, float]:
     """Return the slowest and the fastest speed [kt] of the cards for an aircraft.
 
-    They lie between the stall and the maximum level speed as 100 and 160 KCAS do for the bench's
-    own aircraft.
+    Between stall and maximum level speed they lie as 100 and 160 KCAS do for the bench's own
+    aircraft.
     """
     slow = max(ABOVE_STALL * record.stall_kt, ABOVE_SLOWEST * record.speed_kt[0])
     fast = record.stall_kt + SHARE * (record.fastest_kt - record.stall_kt)

@@ -104,10 +104,12 @@ def measure_terms(
 
 
 def inertia_of(plant: Plant) -> tuple[float, float, float, float]:
-    """Return the moments and the product of inertia Ixx, Iyy, Izz and Ixz = ∫xz dm [kg m²].
+    """Return the moments and product of inertia Ixx, Iyy, Izz and Ixz = ∫xz dm [kg m²].
 
-    They are about the body axes. JSBSim's property `ixz` is an element of the tensor of inertia,
-    and so the negative of the product of inertia.
+    The axes are those of the body.
+
+    JSBSim's property `ixz` is an element of the tensor of inertia, and so the negative of the
+    product of inertia.
     """
     read = [plant.get(f"inertia/{part}-slugs_ft2") for part in ("ixx", "iyy", "izz", "ixz")]
     ixx, iyy, izz, element = (each * SLUG * FOOT**2 for each in read)

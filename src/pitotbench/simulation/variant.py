@@ -214,9 +214,9 @@ def _next_mass(root: ET.Element) -> int:
 
 
 def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
-    """Insert the system that declares the sizes and writes the properties.
+    """Insert the system that declares the sizes and writes the properties, each by a component.
 
-    It has a component for every property written at each step.
+    Components write at each step.
     """
     system = ET.Element("system", name=branch)
     timed = overlay.winds or RECORDING_START in repr(overlay)

@@ -124,10 +124,7 @@ def trim(aircraft: FrozenAircraft, speed: float) -> Trim:
 
 
 def strict(gains: Array, levers: Array) -> tuple[Array, Array]:
-    """Return gains (k,) that rise everywhere, with their levers (k,).
-
-    Of each run of equal gains the highest lever stays.
-    """
+    """Return gains (k,) that rise everywhere, the highest of equal ones, and levers (k,)."""
     keep = np.append(np.diff(gains) > 1e-6, True)
     return gains[keep], levers[keep]
 

@@ -77,9 +77,9 @@ class Accelerations:
         return self.u * cos(alpha) + self.w * sin(alpha)
 
     def normal(self, alpha: float) -> float:
-        """Return the velocity's rate across the path [m/s²], down positive.
+        """Return the rate of the velocity across the path [m/s²], down positive.
 
-        It lies in the plane of symmetry.
+        Across the path is within the plane of symmetry.
         """
         return self.w * cos(alpha) - self.u * sin(alpha)
 

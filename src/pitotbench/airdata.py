@@ -155,9 +155,9 @@ def _per_square(speed: Array, sound: Array, ambient: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """The regression of a reading: coefficients (p,), covariance (p, p), rest (n,), columns (m, p).
+    """The regression of a reading: coefficients (p,), their covariance, and what it leaves (n,).
 
-    The rest `left` is what is left of the reading; the columns are on all rows, fitted or not.
+    `covariance` is (p, p); `columns` (m, p) are those on all rows, fitted or not.
     """
 
     values: Array

@@ -153,7 +153,10 @@ def forecast(request: PlanRequest, maneuver: str, card: CardChanges | None = Non
 
 
 def _track(flight: Flight) -> Array:
-    """Return the ground track each second, north and east [m], NaN if unrecorded, (2, k)."""
+    """Return the ground track, north and east [m], (2, k), one point a second.
+
+    A point is NaN where nothing was recorded.
+    """
     time = flight["time"]
     rows = np.flatnonzero(np.diff(np.floor(time - time[0]), prepend=-1.0) > 0.0)
     track = np.stack([flight["position_north"][rows], flight["position_east"][rows]])

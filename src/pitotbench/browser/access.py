@@ -124,7 +124,7 @@ class _Headers(OutputTransform):
 
 
 class Guarded(BokehTornado):  # type: ignore[misc]
-    """Bokeh's application behind one gate for every request, also the websocket's."""
+    """Bokeh's application behind one gate, which every request passes, also a websocket's."""
 
     def __init__(self, applications: Any, access: Access, **settings: Any) -> None:
         super().__init__(

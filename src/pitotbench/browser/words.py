@@ -1,4 +1,4 @@
-"""What the page says beside its pictures, as plain texts: the answer's tree, the desk's choices.
+"""What the page says beside its pictures, as plain texts: the answer and the choices.
 
 The page puts them in as text, never as HTML.
 """

@@ -477,10 +477,10 @@ class _Profile:
 
 
 def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
-    """Return by block the receiver's height less its velocity's integral [m], and noise [m²].
+    """Return the receiver's height less the integral of its velocity, and the white variance.
 
-    The noise is the white variance. Without vertical velocity the first is None and the second is
-    one over the number of fixes in the block.
+    A block has one of each, in [m] and [m²]. Without vertical velocity the first is None and the
+    second is one over the number of fixes in the block.
     """
     count = len(blocks.count)
     if carried.offsets is None:

@@ -299,7 +299,7 @@ class CardModel:
 
     @cached_property
     def _spread_of_nodes(self) -> tuple[Array, Array]:
-        """The wind's variance up to each leg, and that of the leg alone, at each node, (m, n)."""
+        """The variances of the wind up to each leg and of the leg alone, at each node, (m, n)."""
         noises = [node.noise for node in self.nodes]
         wandered = np.stack([self.wandered(noise) for noise in noises])
         return wandered, np.stack([self.white(noise) for noise in noises])

@@ -121,7 +121,7 @@ def two_sigma_in_gusts(
 def _problem(
     log: FlightLog, options: CalibrationOptions, wind: Array, noise: ExpectedNoise
 ) -> tuple[Structure, Observations, FirstPass]:
-    """Return a log's problem, its rows, and the expected: no error, the wind, the noise."""
+    """Return the problem of a log, its rows, and the expectation: no error, wind, noise."""
     stated = accuracies_of(options.accuracies, log.header)
     options = replace(options, accuracies=stated, priors=priors_of(options.priors, log.header))
     obs = observe(log, options)

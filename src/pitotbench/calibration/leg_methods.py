@@ -182,7 +182,9 @@ def wind_from(wind: Array | list[float]) -> float:
 
 
 def answer_of_legs(velocity: Array) -> tuple[Array, float | None]:
-    """Return [V, W_N, W_E] [m/s] of legs' ground velocities, (n, 2), by their number's method.
+    """Return [V, W_N, W_E] [m/s] from the ground velocities of legs, (n, 2).
+
+    The method is that of their number.
 
     Further the spread of the answers of three among four.
 
@@ -265,7 +267,7 @@ def circle_gain(velocity: Array, answer: Array) -> Array:
 
 
 def by_track(toward: Array) -> NDArray[np.intp]:
-    """Return the leg numbers, (n,), of pieces along unit vectors (n, 2), one leg a track."""
+    """Return the leg number, (n,), of each piece along unit vectors (n, 2), one for a track."""
     from scipy.sparse.csgraph import connected_components  # slow to load
 
     near = toward @ toward.T >= np.cos(_SAME_TRACK)

@@ -100,9 +100,10 @@ class ByHeight:
 
 
 def assumed_location(header: Mapping[str, object]) -> str:
-    """Return the error's location before any evidence: a synthetic log's, else the static source.
+    """Return the location of the error before any evidence.
 
-    The static source has the larger error on nearly every airplane (Gracey 1980).
+    That is the static source, and for a synthetic log the published location. The static source has
+    the larger error on nearly every airplane (Gracey 1980).
     """
     return IMPACT if str(header.get("format", "")).startswith(_BENCH) else STATIC
 

@@ -329,7 +329,10 @@ def _both_axes(changes: Mapping[str, Change], deviation: float) -> tuple[Nuisanc
 
 
 def path_of_nuisances(nuisances: Sequence[Nuisance], values: Array, obs: Observations) -> Array:
-    """Return the wind, north and east, that nuisances (m,) add to each row, (n, 2) [m/s]."""
+    """Return the wind that nuisances of values (m,) add to each row, (n, 2) [m/s].
+
+    The wind is toward north and east.
+    """
     added = np.zeros((len(obs), 2))
     for nuisance, value in zip(nuisances, values, strict=True):
         if nuisance.wind is not None:

@@ -30,9 +30,9 @@ Outputs = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True, slots=True)
 class OutputErrorFit:
-    """θ (p,) with its white Cramér-Rao covariance (p, p), and residuals (m, n) with theirs (m, m).
+    """θ (p,) with its white Cramér-Rao covariance (p, p), and the residuals (m, n) [m/s].
 
-    The residuals are in m/s.
+    The covariance of the residuals is (m, m).
 
     The condition number is that of the scaled information matrix; `reason` says why the iteration
     ended.

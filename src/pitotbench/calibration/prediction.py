@@ -95,7 +95,7 @@ class PredictionModel:
         )
 
     def curve_columns(self, prediction: Prediction, shift: MetersPerSecond) -> MetersPerSecond:
-        """Return the predicted airspeed's change with the curve's parameters, (n, K).
+        """Return the change of the predicted airspeed with the parameters of the curve, (n, K).
 
         The true airspeed is `shift` (n,) [m/s] beyond the predicted one.
         """

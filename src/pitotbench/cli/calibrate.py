@@ -226,6 +226,6 @@ def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
-    """Return the files that the command reads: logs, a mapping's file, a handbook's table."""
+    """Return the files that the command reads: logs, the file of a mapping, a handbook."""
     others = (options.mapping, options.handbook)
     return [*options.logs, *(Path(each) for each in others if each)]

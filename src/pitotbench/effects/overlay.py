@@ -62,7 +62,7 @@ def properties_in(expression: Expression) -> frozenset[str]:
 
 
 def evaluate(expression: Expression, properties: Mapping[str, Array | float]) -> Array:
-    """Return an expression's values for numbers or arrays (n,) of its properties [JSBSim's units].
+    """Return an expression's values, (n,) or one, for those of its properties [JSBSim's units].
 
     Raises KeyError for an operation that is not listed here, and for a property without values.
     """

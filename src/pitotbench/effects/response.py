@@ -140,7 +140,10 @@ def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: 
 
 
 def first_order_varying(signals: Signals, values: Array, lag: Array) -> Array:
-    """Return the values, (n,), behind a first-order lag, (n,) [s, above 0], that may vary."""
+    """Return the values, (n,), behind a first-order lag (n,) [s] that changes in time.
+
+    The lag is above 0.
+    """
     out = np.empty_like(values)
     for part in signals.stretches():
         # The same formula as in `first_order`, with the lag of each step; a filter of constant taps

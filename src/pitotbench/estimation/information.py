@@ -202,9 +202,9 @@ class Marginal:
 
 
 def information_from(normal: Array, right: Array, square: float = 0.0) -> Information:
-    """Return the information of columns' inner products, (m, m), with the residual's, (m,).
+    """Return the information of inner products: of columns (m, m), and with the residual (m,).
 
-    `square` is the residual's own.
+    `square` is that of the residual with itself.
     """
     return Information(np.block([[normal, right[:, None]], [right[None], np.array([[square]])]]))
 

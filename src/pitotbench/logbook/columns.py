@@ -409,7 +409,9 @@ def joined_clock(dates: Column, times: Column) -> Column:
 
 
 def zone_seconds(name: str, column: Column) -> Seconds:
-    """Return a local clock's offsets from UTC, such as `-05:00`, as seconds, NaN if blank, (n,).
+    """Return the offsets of a local clock from UTC, such as `-05:00`, as seconds, (n,).
+
+    A blank cell is NaN.
 
     Raises BadInputError that names the first row which is none.
     """

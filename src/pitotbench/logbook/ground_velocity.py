@@ -225,7 +225,7 @@ def _wind_at(draft: Draft, rows: NDArray[np.intp], velocity: Array) -> Array:
 
 
 def _at_fixes(between: Array, reach: int) -> Array:
-    """Return at each fix, (m, k), the mean of what is between fixes (m, k − r) before and after.
+    """Return the mean of what is between fixes (m, k − r) before and after each fix, (m, k).
 
     At either end the mean is that of the one side.
     """

@@ -59,7 +59,10 @@ def aircraft_model(name: str) -> AircraftModel | None:
 def _react(
     name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True
 ) -> Reaction:
-    """Return an aircraft's forces and engine readings in a motion's states, at its mass."""
+    """Return the forces and engine readings of the aircraft in each state of a motion.
+
+    Its mass is the motion's.
+    """
     return measure(*_loaded_model(name, motion, overlay or Overlay()), engines_run)
 
 

@@ -284,7 +284,7 @@ def _whole(
 
 
 def _growth(old: Array, change: Array) -> float | None:
-    """Return the constant share that a change, (n,), is of a channel, (n,), None without one."""
+    """Return the constant share of a channel, (n,), that its change, (n,), is, else None."""
     square = float(old @ old)
     share = float(old @ change) / square if square else 0.0
     left = change - share * old

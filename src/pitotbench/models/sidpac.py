@@ -1,7 +1,8 @@
-"""Read SIDPAC's standard array (Morelli, NASA, 2002), 90 columns, a row a sample, as a maneuver.
+"""Read the standard array of SIDPAC (Morelli, NASA, 2002) as a maneuver, a row a sample.
 
-Columns are numbered from 1; those that were not measured are zero. Deflections are positive where
-they turn the airplane the negative way, so that its aileron is the negative of ours.
+The array has 90 columns. Columns are numbered from 1; those that were not measured are zero.
+Deflections are positive where they turn the airplane the negative way, so that its aileron is the
+negative of ours.
 """
 
 from pathlib import Path

@@ -106,7 +106,7 @@ class PerformanceModel:
         return model
 
     def load_weight(self, weight: float | None) -> None:
-        """Load a weight [lb] at the empty aircraft's center of gravity, None its file's."""
+        """Load a weight [lb] at the empty aircraft's center of gravity, for None the file's."""
         self.frozen.write(self.ballast, 0.0 if weight is None else weight - self.weight)
 
 

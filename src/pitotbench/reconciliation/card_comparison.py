@@ -95,7 +95,7 @@ def control_activity_difference(measured: FlightLog, flights: Sequence[FlightLog
 
 
 def gust_difference(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
-    """Return the absolute ln of how much more a log's load factor shakes than its card's.
+    """Return how much more a log's load factor shakes than that of its card, as |ln|.
 
     Gusts shake the load factor within a second, and no hand does. The logarithm is 0.35 between
     smooth air and light turbulence, and 1.0 between light and moderate turbulence (circles of 20
@@ -160,7 +160,7 @@ def _parts(log: FlightLog, labels: Sequence[str]) -> Parts:
 def _features(
     label: str, measured: Parts, simulated: Sequence[Parts], patched: Sequence[Parts]
 ) -> list[Feature]:
-    """Return a segment's features, with the deviation of one airplane's flights."""
+    """Return the features of a segment, with the deviation of flights of one airplane."""
     in_flight = features_of(measured[label])
     before = [features_of(parts[label]) for parts in simulated]
     after = [features_of(parts[label]) for parts in patched]

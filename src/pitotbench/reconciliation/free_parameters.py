@@ -345,9 +345,9 @@ def _coriolis(reference: ReferenceState) -> Columns:
 def _turned_into(
     reference: ReferenceState, vectors: Array, family: str, axes: tuple[str, str, str]
 ) -> Array:
-    """Return vectors north, east, down, (n, 3), as a family's channels along and across the track.
+    """Return vectors toward north, east, down, (n, 3), as a family's channels along the track.
 
-    The channel down is among them where the residuals have it.
+    The channels are those along, across and, where the residuals have it, down.
     """
     column = reference.blank()
     parts = reference.frame.turned(vectors, f"{family}_down" in reference.base.names)

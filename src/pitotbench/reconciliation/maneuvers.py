@@ -256,7 +256,7 @@ def _attenuated(
 
 
 def _left_out(layout: Layout, noise: NoiseModel) -> Array:
-    """Return what free parameters and terms, fitted without a fold, leave in it, (n, c)."""
+    """Return what free parameters and terms leave in folds that they were not fitted to, (n, c)."""
     equations = whitened_equations(layout, noise, with_cells=False)
     every = np.stack([s.column for s in layout.signatures], axis=2)
     columns = np.concatenate([layout.free.columns, every], axis=2)

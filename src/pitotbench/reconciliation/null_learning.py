@@ -320,7 +320,7 @@ def left_over(
 
 
 def lasting_scores(flights: Sequence[Information]) -> tuple[Array, Array]:
-    """Return the sizes' mean scores (m,) on null flights less chance, and inner products (m, m).
+    """Return mean scores (m,) of sizes on null flights less chance, and inner products (m, m).
 
     The products are means. The scores are kept along those axes of the mean inner products, each
     size in units of its own power, on which they are beyond chance. Of sizes that are nearly alike,

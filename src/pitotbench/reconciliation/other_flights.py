@@ -147,7 +147,7 @@ def contradiction(own: Sizes, others: Sizes) -> float:
 
 
 def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
-    """Return a sentence for each effect that a flight contradicts, naming the one that does most.
+    """Return a sentence for each effect that a flight contradicts, with the flight that does most.
 
     Two flights differ equally from one another: the one that shows less of the effect is the one
     that contradicts it.

@@ -163,7 +163,9 @@ def clearest_channel(block: Block, part: str, found: Sequence[Trace]) -> Telling
 
 
 def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
-    """Return the deviation of the mean of a channel's noise over instants [the channel's unit].
+    """Return the deviation of the mean of a channel's noise over some instants.
+
+    The unit is the channel's.
 
     The noise is the autoregression of the channel; its response to one innovation, summed over a
     window, gives the variance of the mean.

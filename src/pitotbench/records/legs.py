@@ -198,9 +198,7 @@ class KnownSpeedResult:
 
 @dataclass(frozen=True, slots=True)
 class HandPlan:
-    """A card to fly: legs a point, airspeeds [m/s], how often, minutes, and 2σ of its curve [m/s].
-
-    The airspeeds are in the order to fly them.
+    """A card to fly: legs a point, airspeeds [m/s] in order, how often, minutes, and 2σ [m/s].
 
     The 2σ of the curve is the mean over its airspeeds.
     """

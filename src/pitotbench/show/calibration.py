@@ -130,9 +130,9 @@ def _corrections(result: Calibration) -> tuple[Correction, ...]:
 
 @dataclass(frozen=True, slots=True)
 class NamedFlight:
-    """A calibrated flight with its log's file as the user knows it, and an autopilot's parameters.
+    """A calibrated flight with the file of its log as the user knows it.
 
-    The parameters are there where they were asked for.
+    `settings` are the parameters of an autopilot where they were asked for.
     """
 
     file: str

@@ -55,7 +55,10 @@ def curve_points(curve: ErrorCurve) -> list[CurvePoint]:
 
 
 def published_at(curve: ErrorCurve, published: PublishedCurve) -> MetersPerSecond:
-    """Return a handbook's correction at a curve's airspeeds [m/s], NaN outside its table, (n,)."""
+    """Return the correction by a handbook at the airspeeds of a curve [m/s], (n,).
+
+    Outside its table the correction is NaN.
+    """
     known = published.indicated_airspeed
     return np.interp(curve.indicated_airspeed, known, published.correction, np.nan, np.nan)
 

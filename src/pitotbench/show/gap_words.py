@@ -145,9 +145,9 @@ def part_words(part: str, causes: Sequence[str]) -> str:
 
 
 def sentences(account: Account) -> list[str]:
-    """Return the answer in sentences: what, how big, how sure, what it does, what is closed.
+    """Return the answer in sentences: what, how big, how sure, what it changes, what is closed.
 
-    What it does is to a calibration.
+    The change is that of a calibration.
     """
     verdict = account.verdict
     lines = [_answer(verdict, account.aircraft)]

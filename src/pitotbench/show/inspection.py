@@ -115,7 +115,7 @@ def inspection_sentences(found: LogInspection) -> list[str]:
 
 
 def inspection_tree(found: LogInspection, log: FlightLog | None = None) -> list[Node]:
-    """Return a log's account: sentences, warnings, pictures, questions, channels, pauses."""
+    """Return the account of a log: sentences, warnings, pictures, questions, channels, pauses."""
     known = [] if log is None else filter(None, (airplane_of(log), day_of(log)))
     flight = ", ".join(known)
     return [
@@ -289,7 +289,10 @@ _SAID = {  # by figure, its words in the sentence
 
 
 def performance_tree(found: Performance) -> list[Node]:
-    """Return the tree of an aircraft's performance, with its handbook's and what was left out."""
+    """Return the tree of the performance of an aircraft, beside its handbook if there is one.
+
+    What was left out is listed.
+    """
     picture = Figure("pitotbench.show.inspection_panels.performance_panels", (found,))
     tables = (
         Table(PERFORMANCE_COLUMNS, found.figures, "every figure"),

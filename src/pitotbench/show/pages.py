@@ -1,4 +1,4 @@
-"""The pages: a campaign, calibrated logs, a log's account, an aircraft's check, a plan."""
+"""The pages: a campaign, calibrated logs, an account of a log, a check of an aircraft, a plan."""
 
 from collections.abc import Mapping, Sequence
 from html import escape

@@ -69,7 +69,10 @@ class Units:
         return [*columns] if self == BENCH else [self._column(each) for each in columns]
 
     def scale(self, unit: str) -> tuple[float, str]:
-        """Return the reader's units in one of the bench's, and the symbol; 1 for other units."""
+        """Return how many of the reader's units one of the bench's is, and the symbol.
+
+        For other units the number is 1.
+        """
         written, read, _ = self._units(unit)
         return written.factor / read.factor, read.symbol or unit
 

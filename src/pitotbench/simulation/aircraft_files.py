@@ -1,4 +1,4 @@
-"""Read an aircraft's folder (XML, autopilot's record, JSBSim model), and JSBSim's own parts."""
+"""Read the folder of an aircraft (XML, autopilot's record, JSBSim model) and JSBSim's parts."""
 
 import re
 import xml.etree.ElementTree as ET

@@ -224,9 +224,9 @@ def _rows_by_angle(table: ET.Element) -> Iterator[Array]:
 
 
 def aircraft_name(path: Path) -> str:
-    """Return the name of the aircraft at a path: the file's, less what a variant's may not hold.
+    """Return the name of the aircraft at a path, that of the file with `_` for odd characters.
 
-    Other characters become `_`.
+    Odd are those that the name of a variant cannot hold.
     """
     name = re.sub(r"[^A-Za-z0-9.+-]+", "_", path.stem if path.suffix == ".xml" else path.name)
     return name.strip("_.")[:60] or "aircraft"

@@ -224,7 +224,10 @@ class Plant:
             raise SimulationError(f"JSBSim did not take {name} = {value}.{self._transcript.said()}")
 
     def writer(self, name: str) -> Callable[[float], bool]:
-        """Return a property's write function, in JSBSim's unit, for loops that write every step."""
+        """Return the write function of a property, in JSBSim's unit, for loops that write often.
+
+        Such loops write at every step.
+        """
         write: Callable[[float], bool] = self._tree.get_node(self._line(name).path).set_double_value
         return write
 

@@ -118,7 +118,7 @@ SPREAD = 1.8  # largest ratio of the two speeds: more takes a jet minutes, and t
 
 
 def card_of(case: Case) -> Card:
-    """Return the card of a case: its maneuver's, scaled to its aircraft's speeds, and overridden.
+    """Return the card of a case, scaled to the speeds of its aircraft and overridden.
 
     Raises UnknownNameError for an unknown maneuver, aircraft or entry, BadInputError for a value of
     wrong shape.

@@ -92,7 +92,7 @@ def throttle_settings(root: ET.Element) -> list[tuple[ET.Element, ET.Element]]:
 
 
 def ground_rates(root: ET.Element) -> list[ET.Element]:
-    """Return where an aircraft's aerodynamics read JSBSim's rate of a flow angle."""
+    """Return where the aerodynamics of an aircraft's file read JSBSim's rate of a flow angle."""
     every = root.iterfind("aerodynamics//*")
     return [element for element in every if (element.text or "").strip() in AIR_RATES]
 

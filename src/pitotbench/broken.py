@@ -17,7 +17,7 @@ from pitotbench import air
 from pitotbench.airdata import LIMITS as REGRESSION
 from pitotbench.airdata import TAXI, Fit, Part, Rest, follow, parts_of, regress, rests_of
 from pitotbench.timeline import fresh_fixes, minutes_text
-from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY
+from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY, percent_text
 
 BROKEN = "broken pitot"  # code of the warning
 
@@ -116,7 +116,7 @@ def _exchanged(part: Part) -> Broken | None:
     if zero > 0.5:  # the recorder shows nothing below zero: the static line tells
         around = [part.ambient - np.mean(part.ambient)] if part.by_height else []
         follows = follow(part, -part.static, *around)
-        what = f"the airspeed reads 0 in {zero:.0%} of the flight and the static pressure"
+        what = f"the airspeed reads 0 in {percent_text(zero)} of the flight and the static pressure"
     else:
         what = "the impact pressure"
     if not _around(follows)[1] < LIMITS.reversed:
@@ -342,8 +342,8 @@ def zero_moved(channels: Mapping[str, Any], rests: Sequence[Rest]) -> Broken | N
         return None
     return Broken(
         f"the zero drifts: at rest the impact pressure reads {before:.0f} Pa before the flight and "
-        f"{after:.0f} Pa after it, {abs(moved) / low:.0%} of what it reads in slow flight, "
-        f"{_WARMS}",
+        f"{after:.0f} Pa after it, {percent_text(abs(moved) / low)} of what it reads in slow "
+        f"flight, {_WARMS}",
         refused=False,
     )
 

@@ -98,6 +98,11 @@ SYMBOLS = {name: unit.symbol for name, unit in SUFFIXES.items()}
 SYMBOLS |= {"m2": "m²", "rad2": "rad²", "km": "km", "hz": "Hz"}
 
 
+def percent_text(share: float, sign: str = "") -> str:
+    """Return a share in whole percent, as text; `sign` is "+" where a plus is written as well."""
+    return f"{100.0 * share:{sign}.0f} %"
+
+
 def to_si(value: Array | float, suffix: str) -> Array:
     """Convert a written value to SI. For example, `to_si(100.0, "kt")` is 51.44 m/s.
 

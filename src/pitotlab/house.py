@@ -139,10 +139,14 @@ def fields_in(*places: Path) -> int:
     return sum(isinstance(line, ast.AnnAssign) for each in classes for line in each.body)
 
 
-def long_lines(*places: Path) -> int:
-    """Return the lines above 100 characters at or below some places."""
-    texts = [f.read_text(encoding="utf-8").splitlines() for f in files_of(*places)]
-    return sum(len(line) > WIDTH for lines in texts for line in lines)
+def long_lines(*places: Path) -> list[str]:
+    """Return the places of the lines above 100 characters at or below some places, `file:line`."""
+    return [
+        f"{file}:{number}"
+        for file in files_of(*places)
+        for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1)
+        if len(line) > WIDTH
+    ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,7 +277,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     tests, lab_tests = lines_of(ROOT / "tests"), lines_of(ROOT / "tests" / "lab")
     print(f"laboratory: {lines_of(LABORATORY)} lines; its tests: {lab_tests} lines")
     print(f"tests of the product: {tests - lab_tests} lines")
-    print(f"lines above {WIDTH} characters: {long_lines(PRODUCT)}")
+    print(f"lines above {WIDTH} characters: {len(long_lines(PRODUCT))}")
     alone = with_one_reader()
     print(f"modules with one reader in the same folder: {len(alone)}: {', '.join(alone)}")
     pages, counted, size, readme = documents()

@@ -189,7 +189,7 @@ def test_a_reader_of_the_checklist_gives_the_calibration_of_the_same_log(extende
 
 def test_the_additions_fit_into_the_house_and_its_pages(extended: Path) -> None:
     """A package has room for them, the pages hold them, and style and types pass."""
-    room = "tests/lab/test_house_reach.py::test_a_package_with_a_table_keeps_room_for_a_new_entry"
+    room = "tests/lab/test_house_reach.py::test_what_carries_the_entries_of_a_table_does_not_grow"
     assert _run_tests(extended, "tests/test_documentation.py", "tests/test_house.py", room) == ""
     assert _run(extended, "ruff", "check", "src", "tests") == ""
     assert _run(extended, "ruff", "format", "--check", "src", "tests") == ""

@@ -214,7 +214,7 @@ _SPOILED: dict[str, tuple[Callable[[Table], Table], str]] = {
     ),
     "negative impact pressure": (scale(PITOT, -1.0), r"negative in 600 of 600 rows.*swap them"),
     "stuck pitot": (scale(PITOT, 0.0), r"stuck at 0 Pa in every row"),
-    "mostly stuck pitot": (put(PITOT, slice(100, 580), 2500.0), r"rows 101–580.*80% of the log"),
+    "mostly stuck pitot": (put(PITOT, slice(100, 580), 2500.0), r"rows 101–580.*80 % of the log"),
     "stuck GPS": (
         then(put(NORTH, slice(None), 60.0), put(EAST, slice(None), 1.0)),
         r"GPS velocity is the same in every row",

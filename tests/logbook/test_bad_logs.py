@@ -45,7 +45,7 @@ WARNINGS: dict[str, tuple[Callable[[Table], Table], str, int]] = {
     ),
     "NaN for a while": (
         put("impact_pressure_pa", slice(100, 150), np.nan),
-        r"50 of 600 values are not numbers \(rows 101–150\), 8% of the log, 5 s: those rows are "
+        r"50 of 600 values are not numbers \(rows 101–150\), 8 % of the log, 5 s: those rows are "
         r"dropped",
         550,
     ),
@@ -58,7 +58,7 @@ WARNINGS: dict[str, tuple[Callable[[Table], Table], str, int]] = {
         lambda t: put("velocity_east_mps", slice(200, 350), np.nan)(
             put("velocity_north_mps", slice(200, 350), np.nan)(t)
         ),
-        r"150 of 600 values are not numbers \(rows 201–350\), 25% of the log, 15 s",
+        r"150 of 600 values are not numbers \(rows 201–350\), 25 % of the log, 15 s",
         450,
     ),
     "empty cell": (put("total_temperature_k", 8, ""), r"'total_temperature_k'.*\(row 9\)", 599),

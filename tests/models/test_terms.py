@@ -25,7 +25,7 @@ from pitotbench.records.motion import Motion
 from pitotbench.simulation.modified import install_variant, overlay_of
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import POUND_FORCE
-from pitotbench.simulation.unit_forces import UNIT_AXES, measure_terms, unit_overlay
+from pitotbench.simulation.unit_forces import UNIT_AXES, inertia_of, measure_terms, unit_overlay
 from pitotbench.units import DEGREE, FOOT, PSF, SLUG, STANDARD_GRAVITY
 
 SECONDS, RATE, SPEED, HEIGHT = 8.0, 50.0, 73.0, 2_190.0  # s, Hz, m/s, m
@@ -77,17 +77,18 @@ def _maneuver(seed, *scalings):
     """A maneuver of a DHC6 in whose file functions were scaled, with noise."""
     overlay = unit_overlay(UNIT_AXES) + Overlay(scalings=scalings)
     plant = Plant.load("DHC6", 100.0, overlay, at_once=True)
-    motion = _motion(seed, plant.get("mass"))
+    mass = plant.get("mass")
+    motion = _motion(seed, mass)
     by_rate = "aero/coefficient/Cmadot"
     felt = measure_terms(plant, motion, [by_rate])
     thrust = np.full(len(motion.time), 6_000.0)
-    force = (felt.total[:, :3] * POUND_FORCE + thrust[:, None] * (1.0, 0.0, 0.0)) / felt.mass
+    force = (felt.total[:, :3] * POUND_FORCE + thrust[:, None] * (1.0, 0.0, 0.0)) / mass
     moment = felt.total[:, 3:] * POUND_FORCE * FOOT
     # These states are no flight: the rate of the angle of attack is theirs, not that which the
     # forces would make.
     rate = np.gradient(motion.angle_of_attack, motion.time)
     moment[:, 1] += felt.values[by_rate] * (rate / felt.alpha_rate - 1.0) * POUND_FORCE * FOOT
-    ixx, iyy, izz, ixz = felt.inertia
+    ixx, iyy, izz, ixz = measured = inertia_of(plant)
     inertia = np.array([[ixx, 0.0, -ixz], [0.0, iyy, 0.0], [-ixz, 0.0, izz]])
     rates = np.stack([motion.roll_rate, motion.pitch_rate, motion.yaw_rate], axis=1)
     turning = np.linalg.solve(inertia, (moment - np.cross(rates, rates @ inertia)).T).T
@@ -98,8 +99,8 @@ def _maneuver(seed, *scalings):
         force + draw.normal(0.0, FORCE_NOISE, force.shape),
         turning + draw.normal(0.0, TURN_NOISE, turning.shape),
         thrust=thrust,
-        mass=np.full(len(motion.time), felt.mass),
-        inertia=felt.inertia,
+        mass=np.full(len(motion.time), mass),
+        inertia=measured,
     )
 
 

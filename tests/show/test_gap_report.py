@@ -171,7 +171,7 @@ def test_a_doubted_name_stands_without_a_cause_that_is_hardly_possible(capsys):
 
 
 def test_what_speaks_against_a_probable_cause_is_told_in_place_of_the_rest():
-    against = "the sizes of the other flights close only 50% of the gap of b.csv"
+    against = "the sizes of the other flights close only 50 % of the gap of b.csv"
     told = sentences(
         account(replace(doubted(belly_pod=0.5, gear_not_up=0.01), remains=True, doubts=(against,)))
     )

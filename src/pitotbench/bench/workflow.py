@@ -54,7 +54,15 @@ from pitotbench.records.gap import Account, Coefficient, FlownAgain, FoundFormul
 from pitotbench.records.log import Caution, FlightLog, Provenance
 from pitotbench.records.maneuver import Maneuvers
 from pitotbench.records.outputs import PAGES, require_file
-from pitotbench.records.verdict import SURE, Candidate, Closure, Gap, JoinedFlight, Verdict
+from pitotbench.records.verdict import (
+    REPORTED_FROM,
+    SURE,
+    Candidate,
+    Closure,
+    Gap,
+    JoinedFlight,
+    Verdict,
+)
 from pitotbench.simulation.modified import unpatched
 
 if TYPE_CHECKING:
@@ -393,9 +401,6 @@ def _each_flight_once(
             "evidence: reconcile each alone"
         )
     return kept, found.notices
-
-
-REPORTED_FROM = 0.02  # probability from which another term of a formula is reported
 
 
 def formula_of(judged: Judged) -> FoundFormula | None:

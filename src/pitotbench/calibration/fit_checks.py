@@ -24,7 +24,7 @@ from pitotbench.records.calibration import (
 )
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import Caution, CurveMove, FlightLog
-from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
+from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond, percent_text
 
 # Checks that a log determines the requested answer. A number that it does not determine is never
 # returned.
@@ -160,9 +160,8 @@ def _verdict(
         "impossible": "no airplane's is so large; a gain, a zero or a unit of the log makes it",
     }[kind]
     words = (
-        f"the pressure error is {error[at]:+.0%} of the impact pressure at {speed[at] / KNOT:.0f} "
-        "kt indicated; "
-        f"{reason}"
+        f"the pressure error is {percent_text(error[at], '+')} of the impact pressure at "
+        f"{speed[at] / KNOT:.0f} kt indicated; {reason}"
     )
     return CurveVerdict(kind, float(error[at]), float(speed[at]), words)
 
@@ -447,7 +446,7 @@ def turns_to_one_side(
     moves = curve_moved(structure.model, obs, answer, moved)
     text = (
         f"all turns are to the {side}: sideslip that changes the static pressure there by "
-        f"{_IN_TURNS:.0%} of the impact pressure would move the curve by up to "
+        f"{percent_text(_IN_TURNS)} of the impact pressure would move the curve by up to "
         f"{moves.most / KNOT:.1f} kt, and this log does not show it; fly turns to both sides"
     )
     return (

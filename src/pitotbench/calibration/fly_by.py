@@ -10,7 +10,7 @@ from pitotbench.estimation.mixture import half_width
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import BadInputError
 from pitotbench.records.legs import FlyBy, FlyByPoint
-from pitotbench.units import Array
+from pitotbench.units import Array, percent_text
 
 _NODES = 101  # of the reading with the coarsest step
 _HIGHEST_GRID = 1000.0  # m: a grid height is that above the tower, not above the sea
@@ -64,11 +64,10 @@ def _fly_by(each: FlyBy, steps: Mapping[str, float], stated: Accuracies) -> FlyB
     impact = float(air.impact_pressure(each.indicated_airspeed))
     if abs(error) - bound > LIMITS.curve_refused * impact:
         raise BadInputError(
-            f"row {each.row}: the static pressure is off by {error / impact:+.0%} of the impact "
-            "pressure, and no "
-            "airplane's is so far. The altimeter must stand on 1013.25 hPa (29.92 inHg), and "
-            "tower_pressure is "
-            "what the barometer reads at its height, not the altimeter setting"
+            f"row {each.row}: the static pressure is off by {percent_text(error / impact, '+')} of "
+            "the impact pressure, and no airplane's is so far. The altimeter must stand on "
+            "1013.25 hPa (29.92 inHg), and tower_pressure is what the barometer reads at its "
+            "height, not the altimeter setting"
         )
     # readings too coarse for the airspeed have a bound beyond that
     right = max(impact + error, 0.5 * impact)

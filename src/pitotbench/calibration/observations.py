@@ -26,6 +26,7 @@ from pitotbench.units import (
     MetersPerSecond,
     Pascal,
     Seconds,
+    percent_text,
 )
 
 _MEAN_OVER = 30.0  # s: a gust lasts 4 s at 250 kt and 10 s at 100 kt
@@ -406,8 +407,8 @@ def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
         ),
     ]
     return (
-        f"; the limit of {' and '.join(limits)} leaves out {share:.0%} of the rows: choose "
-        "another one"
+        f"; the limit of {' and '.join(limits)} leaves out {percent_text(share)} of the rows: "
+        "choose another one"
     )
 
 

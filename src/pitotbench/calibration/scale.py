@@ -13,6 +13,7 @@ from pitotbench.pressure_error.autopilot_settings import autopilot_settings
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, Disagreement, RecordedAutopilot, Scale
 from pitotbench.records.log import GUESSED, NAMED, Caution, FlightLog
+from pitotbench.units import percent_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ def with_scale(result: Calibration, log: FlightLog) -> Calibration:
         return replace(result, scale=scale)
     own, odds = _odds(result, scale, log)
     told = [each for each in odds if each[1] >= LIMITS.told]
-    named = [f"{cause.words} ({100.0 * share:.0f} %)" for cause, share in told]
+    named = [f"{cause.words} ({percent_text(share)})" for cause, share in told]
     meant = tuple(cause.words for cause, _ in told if cause.of)
     result = replace(result, scale=replace(scale, units=meant))
     # A true airspeed is not among them: with its factor the airspeed is right at this height.

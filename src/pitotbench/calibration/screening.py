@@ -20,7 +20,7 @@ from pitotbench.calibration.output_error import airspeed_outputs, fit_output_err
 from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.scatter import NORMAL, deviation_of_sizes, spikes_among
-from pitotbench.units import Array, Booleans
+from pitotbench.units import Array, Booleans, percent_text
 
 _FREEDOM = 4.0  # degrees of freedom of the Student's t that weighs the residuals
 _LEAST_WEIGHT = 0.1
@@ -62,7 +62,7 @@ def screen(model: PredictionModel, obs: Observations, theta: Array | None) -> Sc
         good = again
     if good.mean() < 1.0 - _MOST:
         raise BadInputError(
-            f"{100.0 * (1.0 - good.mean()):.0f} % of the rows disagree with the rest: a channel "
+            f"{percent_text(1.0 - good.mean())} of the rows disagree with the rest: a channel "
             "may be stuck, "
             "mislabeled or in another unit; look at the columns, or leave the bad part out"
         )

@@ -21,7 +21,7 @@ from pitotbench.records.calibration import WindChange
 from pitotbench.records.log import Caution
 from pitotbench.scatter import deviation_of_sizes, white_differences
 from pitotbench.timeline import minutes_text
-from pitotbench.units import KNOT, Array, MetersPerSecond, Seconds
+from pitotbench.units import KNOT, Array, MetersPerSecond, Seconds, percent_text
 
 # Degrees (1σ) of the heading's error: constant, with 1/q over the log, and in ten minutes.
 DIRECTION_DEVIATIONS = np.array([5.0, 2.0, 0.5])
@@ -328,9 +328,9 @@ def check_gain(
     when = minutes_text(float(times[place] - every.time[0]))
     moves = curve_moved(structure.model, every, answer, weighed.moved[: structure.model.count])
     text = (
-        f"the impact pressure seems to change by {size:+.0%} from {when} of the rows used on, more "
-        "than gusts or a "
-        f"change of the wind explain, which moves the curve by up to {moves.most / KNOT:.2f} kt: "
+        f"the impact pressure seems to change by {percent_text(size, '+')} from {when} of the rows "
+        "used on, more than gusts or a change of the wind explain, which "
+        f"moves the curve by up to {moves.most / KNOT:.2f} kt: "
         "look for ice, a leak or another source"
     )
     return (Caution(text, "gain", "impact_pressure", size, moves),)

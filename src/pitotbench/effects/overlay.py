@@ -14,6 +14,9 @@ from pitotbench.units import Array
 Expression = str
 Term = str | float
 
+# The axes along which a further force simply adds. Not LIFT: functions of drag may read the lift.
+ADDING = ("DRAG", "SIDE", "ROLL", "PITCH", "YAW")
+
 
 def operation(kind: str, *terms: Term) -> Expression:
     """Return an operation of JSBSim's functions (`product`, `sum`, `quotient`, `max` …) on terms.

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from pitotbench.channels import numbers_from
 from pitotbench.logbook.draft import Draft
 from pitotbench.records import BadInputError
-from pitotbench.units import Booleans
+from pitotbench.units import Booleans, percent_text
 
 _SLOWEST = 2.0  # times the median number of rows between fixes: a longer blank is a failure, not a slow GPS
 _ODD = 0.05  # share of the intervals that may be longer or shorter: a failure now and then
@@ -77,7 +77,11 @@ def check_numbers(draft: Draft) -> None:
             raise BadInputError(
                 f"column {column!r}: {words}: too few rows remain; cut the log to a whole part"
             )
-        extent = "" if share <= _FEW else f", {share:.0%} of the log, {_seconds(draft, bad):.0f} s"
+        extent = (
+            ""
+            if share <= _FEW
+            else f", {percent_text(share)} of the log, {_seconds(draft, bad):.0f} s"
+        )
         draft.drop(bad, f"column {column!r}: {words}{extent}: those rows are dropped")
 
 

@@ -19,6 +19,8 @@ ZIP = ".zip"
 _MOST_BYTES = 2 << 30  # of an unpacked .zip: more fits no card's month of flights
 _MOST_FILES = 500  # of a folder that are read
 _MOST_MEMBERS = 10_000  # of a .zip
+# What a file that is cut or changed raises.
+_BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError)
 
 
 def is_bundle(path: Path) -> bool:
@@ -55,29 +57,17 @@ def unpack(packed: Path, folder: Path) -> None:
         with zipfile.ZipFile(packed) as file:
             members = file.infolist()
             size = sum(entry.file_size for entry in members)
-            strange = [entry.filename for entry in members if _leads_out(entry)]
-            for bad, words in (
-                (size > _MOST_BYTES, f"it unpacks to {size >> 20:,} MB: unpack it, and give"),
-                *(
-                    (
-                        each.file_size > MOST_UNPACKED,
-                        f"its member {each.filename!r} unpacks to {each.file_size >> 20:,} MB, "
-                        f"where {MOST_UNPACKED >> 20} are the most: cut the log, and give",
-                    )
-                    for each in members
-                ),
-                (
-                    len(members) > _MOST_MEMBERS,
-                    f"it holds {len(members):,} files, where {_MOST_MEMBERS:,} are the most: give",
-                ),
-                (
-                    strange != [],
-                    f"its member {''.join(strange[:1])!r} is a link or leads out of the folder: "
-                    "pack",
-                ),
-            ):
-                if bad:
-                    raise BadInputError(f"{words} the logs alone")
+            if size > _MOST_BYTES:
+                raise BadInputError(
+                    f"it unpacks to {size >> 20:,} MB: unpack it, and give the logs alone"
+                )
+            if len(members) > _MOST_MEMBERS:
+                raise BadInputError(
+                    f"it holds {len(members):,} files, where {_MOST_MEMBERS:,} are the most: give "
+                    "the logs alone"
+                )
+            for each in members:
+                _require_harmless(each)
             file.extractall(folder)
     except OSError as error:
         raise BadInputError(
@@ -85,20 +75,26 @@ def unpack(packed: Path, folder: Path) -> None:
         ) from error
     # RuntimeError: a password, or a method of packing that is not known.
     # UnicodeError and IndexError: a name that is no text, or none.
-    except (
-        *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError),
-        *(RuntimeError, UnicodeError, IndexError),
-    ) as error:
+    except (*_BROKEN, RuntimeError, UnicodeError, IndexError) as error:
         raise BadInputError(
             "not a complete .zip file, or one with a password: unpack it, and give the folder"
         ) from error
 
 
-def _leads_out(entry: zipfile.ZipInfo) -> bool:
-    """Return whether a member of a .zip file is a link, or lies outside of the folder."""
-    path = PurePosixPath(entry.filename.replace("\\", "/"))
-    link = stat.S_ISLNK(entry.external_attr >> 16)  # the mode of Unix is in the upper half
-    return link or path.is_absolute() or ".." in path.parts or ":" in str(path)[:2]
+def _require_harmless(member: zipfile.ZipInfo) -> None:
+    """Raise BadInputError for a member that is too large, a link, or outside of the folder."""
+    if member.file_size > MOST_UNPACKED:
+        raise BadInputError(
+            f"its member {member.filename!r} unpacks to {member.file_size >> 20:,} MB, where "
+            f"{MOST_UNPACKED >> 20} are the most: cut the log, and give the logs alone"
+        )
+    path = PurePosixPath(member.filename.replace("\\", "/"))
+    link = stat.S_ISLNK(member.external_attr >> 16)  # the mode of Unix is in the upper half
+    if link or path.is_absolute() or ".." in path.parts or ":" in str(path)[:2]:
+        raise BadInputError(
+            f"its member {member.filename!r} is a link or leads out of the folder: pack the logs "
+            "alone"
+        )
 
 
 def logs_given(path: Path) -> list[Path]:

@@ -18,7 +18,7 @@ from pitotbench.logbook.stuck_sensors import at_range_end, check_stuck
 from pitotbench.records import BadInputError
 from pitotbench.records.log import Caution
 from pitotbench.timeline import Indices, pauses
-from pitotbench.units import KNOT, Array, Booleans, from_si, to_si
+from pitotbench.units import KNOT, Array, Booleans, from_si, percent_text, to_si
 
 
 def check_pauses(draft: Draft) -> None:
@@ -197,8 +197,8 @@ def check_impact_pressure(draft: Draft) -> None:
     if step > _COARSE * usual:
         draft.warnings.append(
             Caution(
-                f"column {column!r} comes in steps of {step:.0f} Pa, {step / usual:.0%} of what it "
-                "usually reads: the curve may be off by as much; record more digits",
+                f"column {column!r} comes in steps of {step:.0f} Pa, {percent_text(step / usual)} "
+                "of what it usually reads: the curve may be off by as much; record more digits",
                 "suspect",
             )
         )

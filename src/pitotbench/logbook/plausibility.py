@@ -22,7 +22,7 @@ from pitotbench.logbook.plausible_air import (
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FORMAT, Caution
 from pitotbench.timeline import fresh_fixes
-from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
+from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array, percent_text
 
 SPEED_FACTOR = "speed factor"  # code of the warning, which the factor of a calibration replaces
 _FLYING = 5.0  # m/s over ground
@@ -163,9 +163,9 @@ def _check_misfit(draft: Draft, factor: Factor) -> None:
         return
     draft.doubt(
         f"{_columns(draft)}: no steady wind brings ground speed and airspeed together (they differ "
-        f"by {factor.misfit:.0%} rms): check that {draft.columns['velocity_north']!r} and "
-        f"{draft.columns['velocity_east']!r} are north and east in one unit, on the clock of the "
-        "air data",
+        f"by {percent_text(factor.misfit)} rms): check that {draft.columns['velocity_north']!r} "
+        f"and {draft.columns['velocity_east']!r} are north and east in one unit, on the clock of "
+        "the air data",
         factor.misfit > LIMITS.misfit_refused,
     )
 
@@ -176,8 +176,8 @@ def _check_change(draft: Draft, factor: Factor) -> None:
         return
     draft.doubt(
         f"{_columns(draft)}: the impact pressure that the ground speed asks for changes by "
-        f"{factor.change:+.0%} from the first to the second half of the log, against the measured "
-        "one: did a unit, a gain or a source change in flight?",
+        f"{percent_text(factor.change, '+')} from the first to the second half of the log, against "
+        "the measured one: did a unit, a gain or a source change in flight?",
         doubted > LIMITS.change_refused,
     )
 
@@ -361,8 +361,8 @@ def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) ->
         )
     if least > LIMITS.misfit_doubted:
         return Caution(
-            f"the velocity does not follow the heading (they differ by {direct.misfit:.0%} rms): "
-            "does one of its components lack its sign?",
+            "the velocity does not follow the heading (they differ by "
+            f"{percent_text(direct.misfit)} rms): does one of its components lack its sign?",
             "heading",
             size=direct.misfit,
         )

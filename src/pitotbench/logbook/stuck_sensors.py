@@ -10,7 +10,7 @@ from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.records import BadInputError
 from pitotbench.records.log import Caution
 from pitotbench.timeline import pauses
-from pitotbench.units import Array, Booleans, MetersPerSecond
+from pitotbench.units import Array, Booleans, MetersPerSecond, percent_text
 
 _MOST_STUCK = 0.5  # share of rows that may be dropped for a stuck sensor
 _STUCK_TIME = 10.0  # s
@@ -80,7 +80,7 @@ def check_stuck(draft: Draft) -> None:
         return
     if bad.mean() > _MOST_STUCK:
         raise BadInputError(
-            f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again"
+            f"{words}: {percent_text(bad.mean())} of the log; repair the sensor and fly again"
         )
     if words:
         draft.warnings.append(f"{words}: those rows are dropped")

@@ -72,7 +72,8 @@ def maneuvers_of(log: FlightLog, name: str) -> list[Maneuver]:
     ]
     if not parts:
         raise BadInputError(
-            f"{name}: no maneuver of {SHORTEST:g} s and more in which a body rate exceeds 2°/s"
+            f"{name}: no maneuver of {SHORTEST:g} s and more in which a body rate exceeds "
+            f"{LIVELY / DEGREE:g}°/s"
         )
     whole = _whole(log, mach, rates)
     return [

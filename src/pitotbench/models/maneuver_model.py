@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from pitotbench.effects.overlay import Overlay
+from pitotbench.effects.overlay import ADDING, Overlay
 from pitotbench.models.aircraft_model import FINE_RATE
 from pitotbench.models.identification import align_vane
 from pitotbench.reconciliation.residuals import AircraftModel
@@ -20,7 +20,7 @@ from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.baseline import read_baseline
 from pitotbench.simulation.modified import loaded_mass, patch_errors, patched_mass
 from pitotbench.simulation.plant import Plant
-from pitotbench.simulation.unit_forces import AXES, inertia_of, measure_terms, unit_overlay
+from pitotbench.simulation.unit_forces import inertia_of, measure_terms, unit_overlay
 from pitotbench.units import FOOT, POUND_FORCE, Array
 
 LEAST_RATE = 1e-4  # rad/s of the angle of attack from which a function over its rate is scaled
@@ -93,8 +93,8 @@ def _accelerations(force: Array, mass: Array, inertia: Array) -> Array:
 def _unit_forces(
     name: str, inertia: Array, added: float, motion: Motion, paths: frozenset[str]
 ) -> UnitForces:
-    plant = Plant.load(name, FINE_RATE, unit_overlay(AXES), at_once=True)
-    found = measure_terms(plant, motion, paths, AXES)
+    plant = Plant.load(name, FINE_RATE, unit_overlay(ADDING), at_once=True)
+    found = measure_terms(plant, motion, paths, ADDING)
     changes = {a: _accelerations(u, motion.mass + added, inertia) for a, u in found.units.items()}
     return UnitForces(changes=changes, properties=found.values)
 

@@ -24,7 +24,7 @@ from pitotbench.models.steady_flight import (
 )
 from pitotbench.records.performance import Performance, PerformanceFigure
 from pitotbench.simulation.aircraft_files import SimulationError
-from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY, percent_text
 
 CRUISE_HEIGHTS = tuple(h * FOOT for h in (2000.0, 8000.0, 15000.0, 25000.0, 35000.0))
 CRUISE_LEVERS = (0.6, 0.75, 1.0)  # throttle: economy, normal and full power
@@ -127,7 +127,7 @@ def _cruises(model: PerformanceModel) -> Figures:
     slow = stall(model, 0.0, 0.0).calibrated
     for height in CRUISE_HEIGHTS:
         for lever in CRUISE_LEVERS:
-            place = f"{_height_words(height)}, {100.0 * lever:.0f} % throttle"
+            place = f"{_height_words(height)}, {percent_text(lever)} throttle"
             level = level_flight(
                 model,
                 height,
@@ -159,7 +159,9 @@ def _glides(model: PerformanceModel) -> Figures:
         PerformanceFigure("glide ratio", idle, ratio, ""),
         PerformanceFigure("speed of the best glide", idle, flat.calibrated / KNOT, "KCAS"),
         PerformanceFigure("best lift-to-drag ratio", free, lift_to_drag(slender), ""),
-        PerformanceFigure("its speed", free, slender.calibrated / KNOT, "KCAS"),
+        PerformanceFigure(
+            "speed of the best lift-to-drag ratio", free, slender.calibrated / KNOT, "KCAS"
+        ),
     )
 
 

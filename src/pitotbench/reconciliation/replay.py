@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pitotbench import air
 from pitotbench.effects import EFFECTS, additional_terms
 from pitotbench.effects.effect import AircraftEffect
-from pitotbench.effects.overlay import Baseline, Overlay, evaluate, properties_in
+from pitotbench.effects.overlay import ADDING, Baseline, Overlay, evaluate, properties_in
 from pitotbench.reconciliation.flight_path import flow_angles
 from pitotbench.reconciliation.track import Track, mach_number, outside_temperature
 from pitotbench.records.motion import CONTROLS, STATES, Motion, Reaction, UnitForces
@@ -169,15 +169,6 @@ def answer(react: React, motion: Motion) -> Array:
     """Return the answer of a model as one array, (m, 12)."""
     reaction = react(motion)
     return np.stack([getattr(reaction, name) for name in REACTION_NAMES], axis=1)
-
-
-ADDING = (
-    "DRAG",
-    "SIDE",
-    "ROLL",
-    "PITCH",
-    "YAW",
-)  # not LIFT: functions of drag read the lift, it does not just add
 
 
 def adds_forces(overlay: Overlay) -> bool:

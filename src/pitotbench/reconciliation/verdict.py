@@ -47,6 +47,7 @@ from pitotbench.records.verdict import (
     Kind,
     Verdict,
 )
+from pitotbench.units import percent_text
 
 LISTED = 10  # candidates in a verdict
 
@@ -171,18 +172,22 @@ def _objections(
         if flight.left_out is not None and not closes(flight.left_out):
             share = max(0.0, flight.left_out.share)
             yield Objection(
-                f"the sizes of the other flights close only {share:.0%} of the gap of {flight.log}",
+                f"the sizes of the other flights close only {percent_text(share)} of the gap of "
+                f"{flight.log}",
                 withdraws=False,
             )
     for line in contradictions(flights):
         yield Objection(line, withdraws=True)
     if holdout_closure is not None and not closes(holdout_closure):
         share = max(0.0, holdout_closure.share)
-        yield Objection(f"only {share:.0%} of the gap of the held-out log is closed", alone)
+        yield Objection(
+            f"only {percent_text(share)} of the gap of the held-out log is closed", alone
+        )
     closed, names = joined_closure(each.closure for each in shown), [m.name for m in fitted.members]
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     if names and closed.share < THRESHOLDS.closure_lowest and not by_chance:
-        notes = f"{', '.join(names)} comes closest, but closes only {max(0.0, closed.share):.0%}"
+        share = percent_text(max(0.0, closed.share))
+        notes = f"{', '.join(names)} comes closest, but closes only {share}"
         yield Objection(f"{notes} of the gap", withdraws=alone)
 
 

@@ -94,17 +94,13 @@ class AeroTerms:
     `total` are forces [lb] and moments [lb ft] of the air in body axes, (n, 6). `units` holds by
     aerodynamic axis the change of `total` by 1 lb or 1 lb ft along it, (n, 6). `values` holds the
     values of functions by name, (n,): forces and moments along their axes, or coefficients.
-    `alpha_rate` is the rate of the angle of attack in the model [rad/s], (n,). `wing` is area [m²],
-    span and chord [m]; `inertia` is I_xx, I_yy, I_zz, I_xz [kg m²].
+    `alpha_rate` is the rate of the angle of attack in the model [rad/s], (n,).
     """
 
     total: Array
     units: Mapping[str, Array]
     values: Mapping[str, Array]
     alpha_rate: Array
-    wing: tuple[float, ...]
-    inertia: tuple[float, ...]
-    mass: float
 
 
 @dataclass(frozen=True, slots=True)

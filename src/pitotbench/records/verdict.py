@@ -9,6 +9,7 @@ from pitotbench.records.calibration import Estimate
 Kind = Literal["named", "one_of", "unknown", "no_gap"]
 # Only these kinds explain the gap, so only they give a patch.
 SURE: tuple[Kind, ...] = ("named", "one_of")
+REPORTED_FROM = 0.02  # probability from which a further cause is reported beside the best one
 
 
 @dataclass(frozen=True, slots=True)

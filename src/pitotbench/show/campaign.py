@@ -16,6 +16,7 @@ from pitotbench.show.tree import (
     Table,
 )
 from pitotbench.show.words import capital, listed, name_and_unit, with_unit
+from pitotbench.units import percent_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -180,7 +181,8 @@ def _best_of(rows: Sequence[dict[str, Any]], table: "pd.DataFrame") -> str:
         return f"{_choice(first, table)} has the narrowest bound: {_bound(first)}; {truth}."
     said = (
         f"{_choice(first, table)} claims the narrowest bound, {_bound(first)}, which the truth "
-        f"contradicts: {truth}, and {100.0 * first['curve_coverage']:.0f} % of the true curve is inside"
+        f"contradicts: {truth}, and {percent_text(first['curve_coverage'])} of the true curve is "
+        "inside"
     )
     if not holding:
         return f"{said}. No bound of the others holds twice its true error."

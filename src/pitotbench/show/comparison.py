@@ -101,7 +101,8 @@ def _flying_words(flown: Sequence[FlownChange]) -> list[str]:
     return [f"It flies: {'; '.join(said)}."]
 
 
-_LESSER = ("its speed", "best lift-to-drag ratio")  # figures that follow from others
+# figures that follow from others
+_LESSER = ("best lift-to-drag ratio", "speed of the best lift-to-drag ratio")
 
 
 def _growth_percent(each: ChannelChange) -> float | None:

@@ -8,6 +8,7 @@ from scipy.special import stdtrit
 from pitotbench.effects import EFFECTS, effect_of
 from pitotbench.records.gap import Account, CalibrationChange, Closing, Feature, FoundFormula
 from pitotbench.records.verdict import (
+    REPORTED_FROM,
     SURE,
     Candidate,
     Closure,
@@ -17,7 +18,7 @@ from pitotbench.records.verdict import (
     Verdict,
 )
 from pitotbench.show.words import heading, listed, name_and_unit, size_words, with_unit, words
-from pitotbench.units import KNOT
+from pitotbench.units import KNOT, percent_text
 
 # The symbols that need a word, each with the unit in which it enters a formula.
 MEANINGS = {
@@ -78,8 +79,6 @@ def _holds(term: str, symbol: str) -> bool:
 
 
 UNTOUCHED = 0.05  # kt: no calibration flight shows less
-# probability from which a further cause of a set is reported: a doubted name may have none
-REPORTED_FROM = 0.02
 DOUBTED = 0.1  # probability of causes in no form of the table, from which it is reported
 
 _WITHOUT_NULL_FLIGHTS = (
@@ -265,7 +264,7 @@ def _doubt(verdict: Verdict) -> str:
     if max(left, default=0.0) < DOUBTED:
         return ""
     return (
-        f" With {100.0 * max(left):.0f} % it is a cause that the table does not hold in this form."
+        f" With {percent_text(max(left))} it is a cause that the table does not hold in this form."
     )
 
 
@@ -309,7 +308,7 @@ def closing_sentences(closing: Closing) -> list[str]:
     line = f"{name} is the airplane with what was found of it (rounds: {len(closing.closed)}). "
     line += f"Its patch closes {min(100.0, 100.0 * closing.closed[-1]):.0f} % of the gap held out"
     if closing.closure_holdout is not None:
-        line += f", and {100.0 * closing.closure_holdout:.0f} % of that of the held-out log"
+        line += f", and {percent_text(closing.closure_holdout)} of that of the held-out log"
     if verdict.kind == "no_gap":
         quiet = "Judged again with it, the log shows no significant gap."
         return [f"{line}.", *cut, f"{quiet} {_NO_PROOF}"]
@@ -342,4 +341,4 @@ def features_limit(features: Sequence[Feature]) -> float:
 
 def closure_percent(closed: Closure) -> str:
     """A closure in percent."""
-    return f"{100.0 * closed.share:.0f} %"
+    return percent_text(closed.share)

@@ -10,7 +10,7 @@ from pitotbench.show.columns import with_minus_signs
 from pitotbench.show.curve_rows import published_at
 from pitotbench.show.words import capital
 from pitotbench.timeline import minutes_text
-from pitotbench.units import KNOT
+from pitotbench.units import KNOT, percent_text
 
 
 def handbook_sentence(curve: ErrorCurve, published: PublishedCurve) -> str:
@@ -28,7 +28,7 @@ def handbook_sentence(curve: ErrorCurve, published: PublishedCurve) -> str:
         return f"The handbook's correction ({name}) lies inside ±2σ at all of {span}."
     at = int(np.nanargmax(np.abs(difference) - bound))
     where = (
-        f"at {100.0 * inside.sum() / known.sum():.0f} % of {span}" if inside.any() else "nowhere"
+        f"at {percent_text(inside.sum() / known.sum())} of {span}" if inside.any() else "nowhere"
     )
     by_log = Correction(float(speed[at]), float(curve.correction_kt[at]), float(bound[at]))
     by_book = f"{curve.correction_kt[at] + difference[at]:+.1f} kt"

@@ -95,7 +95,7 @@ def _airspeeds(found: Performance, units: Units) -> list[Panel]:
     for each in found.figures:
         if each.unit == "KCAS":
             name = f"{each.name}, flaps down" if "flaps down" in each.condition else each.name
-            first.setdefault(_AIRSPEEDS.get(name, name), each)
+            first.setdefault(name, each)
     known = sorted(first.items(), key=lambda item: item[1].model)
     if not known:
         return []
@@ -115,8 +115,3 @@ def _airspeeds(found: Performance, units: Units) -> list[Panel]:
         frame("calibrated airspeed [kt]", "", xlim=(0.0, 1.15 * known[-1][1].model)),
     )
     return [panel("Airspeeds", draw, size=size, units=units)]
-
-
-_AIRSPEEDS = {
-    "its speed": "speed of the best lift to drag"
-}  # of figures whose name needs the one above

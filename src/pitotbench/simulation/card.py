@@ -68,7 +68,7 @@ class Card:
                 len(values) < 2 or any(b >= a for a, b in pairwise(values))
             ):
                 raise BadInputError(
-                    "a deceleration needs at least two speeds, each below the one before"
+                    f"{name} of a card needs at least two numbers, each below the one before"
                 )
             other = rules.get("as_many_as", name)
             if len(values) != len(_each(getattr(self, other))):
@@ -76,7 +76,7 @@ class Card:
                     f"{name} of a card must hold as many numbers as {other}: change both"
                 )
             if rules.get("steep") and not 5.0 * DEGREE <= abs(values[0]) <= 60.0 * DEGREE:
-                raise BadInputError("the bank of a circle lies between 5° and 60°, to either side")
+                raise BadInputError(f"{name} of a card lies between 5° and 60°, to either side")
 
 
 def _each(value: float | tuple[float, ...]) -> tuple[float, ...]:

@@ -10,17 +10,20 @@ import numpy as np
 from pitotbench.catalog import Catalog
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.plant import Plant
-from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY, percent_text
 
 CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
 # thresholds; a larger deviation is a commanded change under way, not an error to correct
 PURSUED = 5.0
+HEADING_HOLD, BANK_HOLD = 1, 2  # ap/lateral-mode
+DIRECT, AIRSPEED_HOLD, MANIFOLD_PRESSURE_HOLD = 0, 1, 2  # ap/throttle-mode
+ALTITUDE_BY_PITCH, AIRSPEED_BY_PITCH = 1, 2  # ap/pitch-mode
 # The modes in which the autopilot holds a quantity: the throttle or the nose holds an airspeed.
 COMMANDED_IN_MODE = {
-    "airspeed": (("throttle_mode", 1), ("pitch_mode", 2)),
-    "altitude": (("pitch_mode", 1),),
-    "heading": (("lateral_mode", 1),),
-    "bank": (("lateral_mode", 2),),
+    "airspeed": (("throttle_mode", AIRSPEED_HOLD), ("pitch_mode", AIRSPEED_BY_PITCH)),
+    "altitude": (("pitch_mode", ALTITUDE_BY_PITCH),),
+    "heading": (("lateral_mode", HEADING_HOLD),),
+    "bank": (("lateral_mode", BANK_HOLD),),
 }
 
 
@@ -133,9 +136,6 @@ INSTRUMENTS = (
 LOWEST_MANIFOLD_PRESSURE = 8.0 * INCH_OF_MERCURY  # below idle: more steps change nothing
 # of the bench's own aircraft, from 160 KCAS with power to spare down to idle
 POWER_SPAN = 25.0 * INCH_OF_MERCURY
-HEADING_HOLD, BANK_HOLD = 1, 2  # ap/lateral-mode
-DIRECT, AIRSPEED_HOLD, MANIFOLD_PRESSURE_HOLD = 0, 1, 2  # ap/throttle-mode
-ALTITUDE_BY_PITCH, AIRSPEED_BY_PITCH = 1, 2  # ap/pitch-mode
 
 
 @dataclass(slots=True)
@@ -295,11 +295,7 @@ class Cockpit:
 
     def power_words(self, power: float) -> str:
         """Return a power setting for a label."""
-        return (
-            f"{100.0 * power:.0f} %"
-            if self.plant.attached
-            else f"{power / INCH_OF_MERCURY:.1f} inHg"
-        )
+        return percent_text(power) if self.plant.attached else f"{power / INCH_OF_MERCURY:.1f} inHg"
 
     def turn_bank(self) -> float:
         """Return the bank [rad] of a level turn at the card's rate and the present true airspeed.
@@ -443,7 +439,7 @@ def _roll_out_lead(cockpit: Cockpit) -> float:
     """Return the change of heading [rad] while the wings roll level at the card's rate."""
     # During the roll-out the turn rate falls to zero nearly linearly, so its mean is half the
     # present one.
-    roll = max(cockpit.bank, 0.0)
+    roll = abs(cockpit.bank)
     rate = STANDARD_GRAVITY * tan(roll) / cockpit.true_airspeed
     return 0.5 * rate * roll / cockpit.card.roll_rate_limit
 

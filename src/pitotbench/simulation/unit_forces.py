@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
+from pitotbench.effects.overlay import ADDING, AxisFunction, Overlay, product, size
 from pitotbench.records.motion import AeroTerms, ModelForces, Motion, UnitForces
 from pitotbench.simulation.force_meter import CALLS, Rig, read_zero, visit_states
 from pitotbench.simulation.plant import Plant
@@ -18,8 +18,6 @@ from pitotbench.simulation.variant import on_branch
 from pitotbench.timeline import gaps
 from pitotbench.units import FOOT, SLUG, Array
 
-# Not LIFT: functions of drag may read the lift, so that it does not simply add.
-AXES = ("DRAG", "SIDE", "ROLL", "PITCH", "YAW")
 LOAD = 100.0  # lb, lb ft: some hundredths of the aircraft's forces, so far above rounding
 # s between states in which the changes by a unit are measured: they follow the mass and the angle
 # of attack alone
@@ -32,14 +30,15 @@ AERO_FORCES = (
     *(f"moments/{axis}-aero-lbsft" for axis in "lmn"),
 )
 ALPHA_RATE = "aero/alphadot-rad_sec"
-UNIT_AXES = ("LIFT", *AXES)
+UNIT_AXES = ("LIFT", *ADDING)
+WING = ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")  # area, span and chord
 
 
 def _path(axis: str) -> str:
     return size("unit_force", axis.lower())
 
 
-def unit_overlay(axes: Sequence[str] = AXES) -> Overlay:
+def unit_overlay(axes: Sequence[str] = ADDING) -> Overlay:
     """Return the overlay that this measurement needs: a force of any size along each axis."""
     return Overlay(
         sizes=tuple((_path(axis), 0.0) for axis in axes),
@@ -91,15 +90,11 @@ def measure_terms(
         units[:, k] = _unit_changes(
             plant, axes, lambda: np.array([read() for read in forces]), total[k]
         )
-    size = [plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")]
     return AeroTerms(
         total=total,
         units=dict(zip(axes, units, strict=True)),
         values=dict(zip(known, values[:-1], strict=True)),
         alpha_rate=values[-1],
-        wing=(size[0] * FOOT**2, size[1] * FOOT, size[2] * FOOT),
-        inertia=inertia_of(plant),
-        mass=plant.get("mass"),
     )
 
 
@@ -146,9 +141,7 @@ def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelF
         gravity_center=body[:, 1],
         inertia=body[:, 2:6],
         values=dict(zip(known, body[:, len(_BODY) :].T, strict=True)),
-        wing=tuple(
-            plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")
-        ),
+        wing=tuple(plant.get(path) for path in WING),
     )
 
 
@@ -176,12 +169,12 @@ def measure_unit_forces(
     for k in visit_states(rig, motion, CALLS, engines_run=False):
         values[:, k] = [read() for read in reads]
         if k in measured:
-            found.append(_unit_changes(plant, AXES, lambda: rig.row()[:6], rig.row()[:6]))
+            found.append(_unit_changes(plant, ADDING, lambda: rig.row()[:6], rig.row()[:6]))
     at, changes = time[sorted(measured)], np.stack(found, axis=1)
     return UnitForces(
         changes={
             axis: np.stack([np.interp(time, at, each) for each in change.T], axis=1)
-            for axis, change in zip(AXES, changes, strict=True)
+            for axis, change in zip(ADDING, changes, strict=True)
         },
         properties=dict(zip(names, values, strict=True)),
     )

@@ -5,8 +5,10 @@ commands.
 import argparse
 import ast
 import json
+import pkgutil
 import subprocess
 import sys
+import tomllib
 from graphlib import TopologicalSorter
 from importlib import import_module
 from pathlib import Path
@@ -42,6 +44,22 @@ def loaded_after(code):
         [sys.executable, "-c", wrapped], capture_output=True, text=True, check=True
     )
     return set(json.loads(done.stderr.splitlines()[-1]))
+
+
+@pytest.mark.parametrize(
+    ("owner", "package"), [("simulation", "jsbsim"), ("show", "matplotlib"), ("browser", "bokeh")]
+)
+def test_a_package_with_one_owner_is_kept_from_all_other_modules(owner, package):
+    """A module that the contract does not list might import the package unseen."""
+    settings = tomllib.loads((SOURCE.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+    (contract,) = (
+        each
+        for each in settings["tool"]["importlinter"]["contracts"]
+        if each["name"].startswith(f"Only {owner} imports")
+    )
+    assert package in contract["forbidden_modules"]
+    own = {f"pitotbench.{module.name}" for module in pkgutil.iter_modules(pitotbench.__path__)}
+    assert own - {*contract["source_modules"]} == {f"pitotbench.{owner}", "pitotbench.__main__"}
 
 
 @pytest.mark.parametrize("package", ["calibration", "reconciliation"])

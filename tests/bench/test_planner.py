@@ -84,7 +84,7 @@ def test_the_decelerating_circle_has_about_half_the_bound_of_step_decrease(plan)
     assert plan.best is circle
     assert plan.gentle is step
     for each in plan.forecasts:  # not knowing the noise widens the bound
-        assert 1.0 < each.widening < 1.7
+        assert 1.0 < each.noise_cost < 1.7
 
 
 def test_information_adds_up(plan):

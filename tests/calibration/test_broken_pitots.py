@@ -18,7 +18,7 @@ from pitotbench.logbook.plausibility import SPEED_FACTOR
 from pitotbench.records.log import UNITS_BY
 from pitotbench.units import KNOT
 from pitotlab.broken.breaks import BASE, CLIMBING, KINDS, broken_columns, ports_of
-from pitotlab.broken.measure import BrokenRow, _kept, _write, answer_of, outcome_of
+from pitotlab.broken.measure import answer_of, outcome_of
 from pitotlab.outside.generator import generate, write_csv
 from pitotlab.outside.kinds import KINDS as GOOD
 
@@ -233,15 +233,3 @@ def test_a_wind_that_turns_is_none_of_a_broken_pitot(walk):
     assert find_broken(channels) is None
     stuck = {**channels, "impact_pressure": np.full_like(time, 2000.0)}
     assert "stuck" in find_broken(stuck).words
-
-
-def test_a_measurement_that_was_stopped_goes_on_where_its_table_ends(tmp_path):
-    rows = [
-        BrokenRow("broken", "iced", ".csv", 7, "named", says="--to 2:30"),
-        BrokenRow("scale", "base", ".ulg", 9, "inside", 1.25, 1.24, 0.02),
-    ]
-    _write(rows, tmp_path / "table.csv", "# head")
-    kept = list(_kept(tmp_path / "table.csv", "# head"))
-    assert [row.key for row in kept] == [("broken", "iced", 7), ("scale", "", 9)]
-    assert kept[1] == rows[1]
-    assert list(_kept(tmp_path / "table.csv", "# another")) == []

@@ -1,6 +1,6 @@
 """Two flights in one log with a short stop between them, in another wind."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -10,7 +10,9 @@ from pitotbench import FlightLog
 from pitotbench.bench.calibrations import options_of
 from pitotbench.calibration import calibrate_flights
 from pitotbench.calibration.flights import _parts as parts_of
+from pitotbench.calibration.flights import of_one_log
 from pitotbench.records import NoAnswerError
+from pitotbench.records.calibration import Calibration, OneSided
 
 WIND = np.array([6.0, -5.0])  # m/s by which the second flight meets more
 
@@ -69,3 +71,50 @@ def test_a_log_whose_fit_does_not_converge_is_cut_at_its_stops_as_well():
         return len(log)
 
     assert [part.found for part in parts_of(whole, 0, rows)] == [len(first), len(first)]
+
+
+# What the flights of one log share, or what their first one stands for. A new field of the answer is
+# joined in `of_one_log`, or stands here.
+OF_THE_FIRST = [
+    "model",
+    "method",
+    "parameters",
+    "reference_pressure",
+    "curve",
+    "reason",
+    "condition_number",
+    "diagnostics",
+    "shares",
+    "error_location",
+    "assumptions",
+    "priors",
+    "impact_pressure_zero",
+    "place_assumed",
+    "day",
+    "log_start",
+    "autopilot",
+    "scale",
+    "provenance",
+]
+
+
+def test_every_field_of_an_answer_is_joined_or_that_of_the_first_flight():
+    first, second = flown(1, np.zeros(2)), flown(51, WIND)
+    log = joined(first, later(second, first, 200.0))
+    slow = OneSided(50.0, 55.0, 0.0, 90.0)
+    one, two = calibrate_flights([log], options_of())
+    one = replace(one, calibration=replace(one.calibration, converged=False, one_sided=(slow,)))
+    two = replace(two, calibration=replace(two.calibration, mach=0.9))
+    whole = of_one_log(log, [one, two])
+    parts = [each.calibration for each in (one, two)]
+    names = {each.name for each in fields(Calibration)}
+    assert set(OF_THE_FIRST) < names
+    assert all(getattr(whole, name) is getattr(parts[0], name) for name in OF_THE_FIRST)
+    assert (whole.samples, whole.mach) == (sum(each.samples for each in parts), 0.9)
+    assert not whole.converged
+    # Of a Step Decrease in two straight lines: the slow and the fast third, as the whole log has it.
+    assert len(whole.one_sided) == 2
+    assert slow not in whole.one_sided
+    assert {name for name in names if getattr(whole, name) is not getattr(parts[0], name)} == (
+        names - {*OF_THE_FIRST}
+    )

@@ -33,7 +33,7 @@ _BLUE = "#0072B2"
 _ORANGE = "#B36200"  # darker than theirs, for thin lines and numbers on white
 _GREEN = "#009E73"
 _INK = "#222222"
-_GREY = "#777777"
+_GRAY = "#777777"
 _TALL = 270  # px
 _FAINT = 0.15  # opacity of an area behind the lines
 _ROOM = 50.0  # of the unit of length, above and below the heights flown
@@ -77,9 +77,9 @@ _LEG: Mapping[str, str | float] = {
     "line_color": _INK,
 }
 _DASHED = {"color": _ORANGE, "line_dash": "dashed", "y_range_name": "height"}
-_SAMPLE: Mapping[str, str | float] = {"color": _GREY, "alpha": 0.4}
+_SAMPLE: Mapping[str, str | float] = {"color": _GRAY, "alpha": 0.4}
 _HANDBOOK = {"color": _ORANGE, "line_dash": "dashed"}
-_CHANGED = {"color": _GREY, "line_dash": "dashed"}
+_CHANGED = {"color": _GRAY, "line_dash": "dashed"}
 
 
 # By picture, kind of drawing in Bokeh and name of the data: the columns that are drawn, and how they

@@ -12,6 +12,7 @@ from scipy.special import chdtrc
 
 from pitotbench import air
 from pitotbench.calibration.fit_checks import require_useful
+from pitotbench.calibration.flown_tracks import one_sided
 from pitotbench.calibration.nuisances import ZERO
 from pitotbench.calibration.observations import observe
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
@@ -346,15 +347,19 @@ def of_one_log(log: FlightLog, cut: Sequence[CalibratedFlight]) -> Calibration:
     )
     joined = ("warnings", "winds", "parts", "left_out", "disagreements", "points")
     lists: dict[str, Any] = {name: every(name) for name in joined}
-    return replace(
+    whole = replace(
         first,
         wind=WindEstimate(mean("north"), mean("east")),
         residual_two_sigma=2.0 * float(np.std(airspeed)),
         residuals=Residuals(time, indicated, airspeed, np.isin(log.time, time)),
         samples=sum(each.samples for each in flights),
+        converged=all(each.converged for each in flights),
         mach=max(each.mach for each in flights),
         **lists,
     )
+    # An airspeed that one flight flew to one side only may have been flown to all in another.
+    doubted = any(each.one_sided for each in flights)
+    return replace(whole, one_sided=one_sided(log, whole) if doubted else ())
 
 
 def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:

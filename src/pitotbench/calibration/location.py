@@ -134,7 +134,7 @@ def fit_located(
     fit = final_pass(bare, obs, near)
     answer = posterior_of(fit)
     if stated is None and assumed == STATIC:
-        answer = widened_by(
+        answer = with_difference(
             answer,
             posterior_of(fit_covering(_at(structure, False), obs, start, path)).mean - answer.mean,
         )

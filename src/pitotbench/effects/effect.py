@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 
-from pitotbench.catalog import Catalog, explain
+from pitotbench.catalog import Catalog, UnknownNameError, explain
 from pitotbench.effects.overlay import (
     Baseline,
     Dimension,
@@ -207,9 +207,12 @@ class Effect:
     def parameter(self, name: str) -> Parameter:
         """Return a parameter by its name.
 
-        Raises StopIteration where the effect has none of this name.
+        Raises UnknownNameError where the effect has none of this name.
         """
-        return next(p for p in self.parameters if p.name == name)
+        known = {p.name: p for p in self.parameters}
+        if name not in known:
+            raise UnknownNameError(explain(f"parameter of {self.name}", name, known))
+        return known[name]
 
     def complete(self, sizes: Sizes) -> dict[str, float]:
         """Return the sizes with every parameter: a missing shape is `typical`, a missing size 0."""

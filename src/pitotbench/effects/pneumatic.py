@@ -458,7 +458,7 @@ TIME_DRIFT = SensorEffect(
         ),
     ),
     source=DRIFT_SOURCE,
-    what="The impact-pressure transducer drifts while it warms up.",
+    what="The impact-pressure transducer drifts steadily.",
     shows_in=EARLY_AND_LATE,
     for_whole_flight=True,
     changes=("impact_pressure",),

@@ -186,8 +186,8 @@ def _objections(
     closed, names = joined_closure(each.closure for each in shown), [m.name for m in fitted.members]
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     if names and closed.share < THRESHOLDS.closure_lowest and not by_chance:
-        share = percent_text(max(0.0, closed.share))
-        notes = f"{', '.join(names)} comes closest, but closes only {share}"
+        closes_only = percent_text(max(0.0, closed.share))
+        notes = f"{', '.join(names)} comes closest, but closes only {closes_only}"
         yield Objection(f"{notes} of the gap", withdraws=alone)
 
 

@@ -65,7 +65,7 @@ class Forecast:
         return float(np.mean(self.two_sigma))
 
     @property
-    def widening(self) -> float:
+    def noise_cost(self) -> float:
         """Predicted 2σ over that for known noise: the cost of having to estimate the noise."""
         return self.mean / float(np.mean(self.known_noise_two_sigma))
 

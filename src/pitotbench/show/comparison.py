@@ -209,7 +209,7 @@ def change_panels(found: ModelComparison, units: Units = BENCH) -> list[Panel]:
         named_rows([each.channel for each in channels]),
         frame("new less old [% of the channel]", "", xlim=(1.6 * min(*shares, 0.0), right)),
     )
-    note = "In blue a channel that is larger or smaller by one factor; in grey the largest change."
+    note = "In blue a channel that is larger or smaller by one factor; in gray the largest change."
     size = (WIDE[0], 0.9 + 0.3 * len(channels))
     return [panel("What changed in the same states", draw, note, size=size, units=units)]
 

@@ -160,7 +160,7 @@ def parts_panels(log: FlightLog | None, result: Calibration, units: Units = BENC
     """Return the flight over time, the parts used in color; [] where all of it was used."""
     if log is None or not result.left_out:
         return []
-    note = "Used in color, in grey what was left out: " + ", ".join(result.left_out) + "."
+    note = "Used in color, in gray what was left out: " + ", ".join(result.left_out) + "."
     time = (log.time - log.start) / 60.0
     used = [(log.time >= begin) & (log.time <= end) for begin, end in result.parts]
 

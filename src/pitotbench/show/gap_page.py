@@ -51,7 +51,7 @@ from pitotbench.show.words import (
 from pitotbench.timeline import interval, stretches
 from pitotbench.units import NAUTICAL_MILE, Array, Booleans
 
-_SHADE = "#F0E0D0"  # unlike the grey of a noise band
+_SHADE = "#F0E0D0"  # unlike the gray of a noise band
 
 
 def unused_words(trace: Trace) -> str:

@@ -121,7 +121,7 @@ def plan_columns(plan: Plan) -> list[Column[Forecast]]:
             ".3f",
             "two_sigma_spread_kt",
         ),
-        Column("", lambda each: each.mean / each.widening / KNOT, key="known_noise_two_sigma_kt"),
+        Column("", lambda each: each.mean / each.noise_cost / KNOT, key="known_noise_two_sigma_kt"),
         Column(f"±2σ in {minutes or COMPARED_MINUTES:g} min", in_minutes, "kt", ".3f"),
         Column(wanted, times, style="d", key="flights_for_want"),
         Column(wanted and "time for them", minutes_for_want, "min", ".1f", "minutes_for_want"),

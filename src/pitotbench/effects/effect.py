@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 
-from pitotbench.catalog import Catalog, UnknownNameError, explain
+from pitotbench.catalog import Catalog, explain
 from pitotbench.effects.overlay import (
     Baseline,
     Dimension,
@@ -209,10 +209,7 @@ class Effect:
 
         Raises UnknownNameError where the effect has none of this name.
         """
-        known = {p.name: p for p in self.parameters}
-        if name not in known:
-            raise UnknownNameError(explain(f"parameter of {self.name}", name, known))
-        return known[name]
+        return Catalog(f"parameter of {self.name}", {p.name: p for p in self.parameters})[name]
 
     def complete(self, sizes: Sizes) -> dict[str, float]:
         """Return the sizes with every parameter: a missing shape is `typical`, a missing size 0."""

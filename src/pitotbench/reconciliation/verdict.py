@@ -170,25 +170,27 @@ def _objections(
     alone = not any(each.block.layout.setting.terms for each in shown)
     for flight in flights:
         if flight.left_out is not None and not closes(flight.left_out):
-            share = max(0.0, flight.left_out.share)
             yield Objection(
-                f"the sizes of the other flights close only {percent_text(share)} of the gap of "
-                f"{flight.log}",
+                "the sizes of the other flights close only "
+                f"{percent_text(max(0.0, flight.left_out.share))} of the gap of {flight.log}",
                 withdraws=False,
             )
     for line in contradictions(flights):
         yield Objection(line, withdraws=True)
     if holdout_closure is not None and not closes(holdout_closure):
-        share = max(0.0, holdout_closure.share)
         yield Objection(
-            f"only {percent_text(share)} of the gap of the held-out log is closed", alone
+            f"only {percent_text(max(0.0, holdout_closure.share))} of the gap of the held-out log "
+            "is closed",
+            alone,
         )
     closed, names = joined_closure(each.closure for each in shown), [m.name for m in fitted.members]
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     if names and closed.share < THRESHOLDS.closure_lowest and not by_chance:
-        closes_only = percent_text(max(0.0, closed.share))
-        notes = f"{', '.join(names)} comes closest, but closes only {closes_only}"
-        yield Objection(f"{notes} of the gap", withdraws=alone)
+        yield Objection(
+            f"{', '.join(names)} comes closest, but closes only "
+            f"{percent_text(max(0.0, closed.share))} of the gap",
+            withdraws=alone,
+        )
 
 
 def _answer(

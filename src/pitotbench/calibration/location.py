@@ -388,6 +388,6 @@ def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
     return AltitudeNoise(rows), lambda phi: altitude_log_prior(rows, phi)
 
 
-def widened_by(answer: Posterior, difference: Array) -> Posterior:
+def with_difference(answer: Posterior, difference: Array) -> Posterior:
     """Widen an answer by its difference (p,) from another location's, taken as one deviation."""
     return replace(answer, covariances=answer.covariances + np.outer(difference, difference))

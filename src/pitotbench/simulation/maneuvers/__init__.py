@@ -1,4 +1,8 @@
-"""The table of maneuvers. A new one is an entry on the page of its family and one line here."""
+"""The table of maneuvers.
+
+A new maneuver is an entry on the page of its family, one line here, and its name in
+`records/case.py`.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -284,7 +284,10 @@ def _whole(
 
 
 def _growth(old: Array, change: Array) -> float | None:
-    """Return the constant share of a channel, (n,), that its change, (n,), is, else None."""
+    """Return the share of a channel, (n,), that its change, (n,), is throughout, or None.
+
+    None where the change is no constant share.
+    """
     square = float(old @ old)
     share = float(old @ change) / square if square else 0.0
     left = change - share * old

@@ -25,8 +25,8 @@ from pitotbench.calibration import calibrate_flights
 from pitotbench.calibration.options import options_from
 from pitotbench.logbook.mapping import find_mapping
 from pitotbench.logbook.reading import read_log
-from pitotbench.models.identification import maneuvers_of
 from pitotbench.models.maneuver_model import in_place_of_log
+from pitotbench.models.maneuver_parts import maneuvers_of
 from pitotbench.models.sidpac import read_identification
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, ErrorCurve

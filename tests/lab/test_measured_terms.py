@@ -6,8 +6,8 @@ from tests.shared_data import real_log
 
 from pitotbench import read_log
 from pitotbench.bench.workflow import NamedLog, reconcile_fully
-from pitotbench.models.identification import maneuvers_of
 from pitotbench.models.maneuver_model import in_place_of_log
+from pitotbench.models.maneuver_parts import maneuvers_of
 from pitotbench.models.sidpac import read_identification
 
 

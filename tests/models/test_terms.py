@@ -16,8 +16,8 @@ from pitotbench.bench import workflow
 from pitotbench.bench.workflow import NamedLog, entries, reconcile_fully
 from pitotbench.cli import main
 from pitotbench.effects.overlay import FunctionScaling, Overlay, product
-from pitotbench.models.identification import align_vane, maneuvers_of
 from pitotbench.models.maneuver_model import air_model, in_place_of_log
+from pitotbench.models.maneuver_parts import align_vane, maneuvers_of
 from pitotbench.models.sidpac import read_identification
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.maneuver import Maneuver

@@ -125,8 +125,8 @@ def _maneuvers(
 
     A file of system identification has some, and with --terms a log that states no card.
     """
-    from pitotbench.models.identification import maneuvers_of
     from pitotbench.models.maneuver_model import in_place_of_log
+    from pitotbench.models.maneuver_parts import maneuvers_of
     from pitotbench.models.sidpac import read_identification
 
     if log is None:

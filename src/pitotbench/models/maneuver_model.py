@@ -12,7 +12,7 @@ import numpy as np
 
 from pitotbench.effects.overlay import ADDING, Overlay
 from pitotbench.models.aircraft_model import FINE_RATE
-from pitotbench.models.identification import align_vane
+from pitotbench.models.maneuver_parts import align_vane
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.records.maneuver import Maneuver, Maneuvers
 from pitotbench.records.motion import Motion, Reaction, UnitForces

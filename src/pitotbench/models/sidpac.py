@@ -11,7 +11,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.logbook.matlab import read_mat
-from pitotbench.models.identification import IDLE, NOISY, roughness, temperature_offset
+from pitotbench.models.maneuver_parts import IDLE, NOISY, roughness, temperature_offset
 from pitotbench.records import BadInputError
 from pitotbench.records.maneuver import Maneuver
 from pitotbench.records.motion import Motion

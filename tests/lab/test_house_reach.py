@@ -20,7 +20,7 @@ READERS = (
     " spreadsheet ulog"
 )
 CARRIED = {
-    "effects": ("air airframe pneumatic propulsion recorder stability", 588),
+    "effects": ("air airframe pneumatic propulsion recorder stability", 592),
     "logbook": (READERS, 2_856),
     "pressure_error": ("models", 77),
     "sensing": ("sampling", 149),

@@ -1,7 +1,6 @@
 """Effects of the pitot-static system: lines, transducers and the error of the static source."""
 
 from collections.abc import Callable
-from itertools import accumulate
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from pitotbench.effects.response import (
     displaced,
     first_order,
     first_order_varying,
+    play,
     second_order,
 )
 from pitotbench.units import INCH_OF_MERCURY, KNOT, MINUTE, SUFFIXES, Array
@@ -157,16 +157,6 @@ HEIGHT_DEPENDENT_LAG = SensorEffect(
 HYSTERESIS_SOURCE = (
     "Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis; data sheets: 0.1 % of full scale"
 )
-
-
-def play(values: Array, width: float) -> Array:
-    """Return values, (n,), through the play operator, half a width [same unit] behind the input.
-
-    Where the input turns back, the output stays until the input has moved by a whole width.
-    """
-    half = 0.5 * width
-    followed = accumulate(values.tolist(), lambda output, u: min(max(output, u - half), u + half))
-    return np.fromiter(followed, dtype=np.float64, count=len(values))
 
 
 HYSTERESIS = SensorEffect(

@@ -21,13 +21,13 @@ from pitotbench.effects.effect import (
     elapsed,
     reads,
 )
-from pitotbench.effects.pneumatic import play
-from pitotbench.effects.response import Signals, delayed, first_order
+from pitotbench.effects.response import Signals, delayed, first_order, play
 from pitotbench.units import DEGREE, Array
 
 # The channels that a fault of the air-data bus changes together, and those of GPS velocity and of
 # attitude.
-AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature")
+PRESSURES = ("impact_pressure", "static_pressure")
+AIR_DATA = (*PRESSURES, "total_temperature")
 VELOCITIES = ("velocity_north", "velocity_east", "velocity_down")
 ATTITUDE = ("roll", "pitch", "heading")
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
@@ -58,8 +58,8 @@ AIR_DATA_LATENCY = SensorEffect(
     source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
     what="Pressures and temperature are recorded late against GPS and attitude.",
     shows_in=CHANGING_AIRSPEED,
-    changes=AIR_DATA[:2],
-    also=AIR_DATA[2:],
+    changes=PRESSURES,
+    also=("total_temperature",),
     function=_late(AIR_DATA, lambda signals, sizes: sizes["latency_s"]),
 )
 
@@ -202,7 +202,7 @@ DROPPED_SAMPLES = SensorEffect(
     source="Gilbert 1960, Bell System Technical Journal 39: losses come in bursts",
     what="Some rows of air data are lost; the recorder repeats the last good one.",
     shows_in=CHANGING_AIRSPEED,  # a row that repeats shows only while the pressure changes
-    changes=("impact_pressure", "static_pressure"),
+    changes=PRESSURES,
     also=("total_temperature",),
     after_noise=True,
     function=_apply_dropped_samples,
@@ -390,13 +390,10 @@ QUANTIZATION = SensorEffect(
     "over 138 kPa",
     what="The pressures are stored in coarse steps.",
     shows_in=CHANGING_AIRSPEED,  # a pressure that changes crosses many steps
-    changes=AIR_DATA[:2],
+    changes=PRESSURES,
     after_noise=True,
     function=lambda signals, sizes: signals.with_channels(
-        **{
-            name: np.rint(signals[name] / sizes["step_pa"]) * sizes["step_pa"]
-            for name in AIR_DATA[:2]
-        }
+        **{name: np.rint(signals[name] / sizes["step_pa"]) * sizes["step_pa"] for name in PRESSURES}
     ),
 )
 
@@ -422,7 +419,7 @@ SAMPLE_AND_HOLD = SensorEffect(
     source="Martos, Kiszely and Foster 2011, §II.C: data systems of several rates on one time base",
     what="Air data refresh more slowly than they are recorded: each value repeats.",
     shows_in=CHANGING_AIRSPEED,  # a value that repeats shows only while the pressure changes
-    changes=("impact_pressure", "static_pressure"),
+    changes=PRESSURES,
     also=("total_temperature",),
     after_noise=True,
     function=_apply_sample_and_hold,
@@ -475,7 +472,7 @@ RECOVERY_DEFICIT = SensorEffect(
     what="The temperature probe measures only part of the ram rise.",
     shows_in=TEMPERATURE,
     changes=("total_temperature",),
-    needs=("impact_pressure", "static_pressure"),
+    needs=PRESSURES,
     function=_recovery,
 )
 

@@ -20,7 +20,7 @@ from pitotbench.units import Array, Pascal, Seconds
 class Signals:
     """Channels [SI, radians], (n,) each, over one time base [s] of nearly constant rate.
 
-    The time base has a nearly constant rate, and may have gaps.
+    The time base may have gaps.
 
     Names are those of a `FlightLog` (`impact_pressure`, `velocity_north` …); any may be missing.
     Raises BadInputError where lengths differ or time does not increase.
@@ -167,3 +167,13 @@ def displaced(signals: Signals, error: Pascal) -> Signals:
         static_pressure=signals["static_pressure"] + error,
         impact_pressure=signals["impact_pressure"] - error,
     )
+
+
+def play(values: Array, width: float) -> Array:
+    """Return values, (n,), through the play operator, half a width [same unit] behind the input.
+
+    Where the input turns back, the output stays until the input has moved by a whole width.
+    """
+    half = 0.5 * width
+    followed = accumulate(values.tolist(), lambda output, u: min(max(output, u - half), u + half))
+    return np.fromiter(followed, dtype=np.float64, count=len(values))

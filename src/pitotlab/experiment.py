@@ -20,8 +20,9 @@ from time import monotonic
 import numpy as np
 import pandas as pd
 
-from pitotbench.campaigns.fleet import open_fleet, progress, require_all
+from pitotbench.campaigns.fleet import open_fleet, require_all
 from pitotbench.campaigns.flights import compare_curve, compare_wind, scored
+from pitotbench.campaigns.progress import progress
 from pitotbench.logbook.columns import atomic
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import Case, PressureErrorSpec, Wind

@@ -384,7 +384,7 @@ def test_the_document_has_units_and_the_ranking(capsys):
 def test_a_plan_in_a_pipe_says_how_far_it_is(monkeypatch, capsys):
     """A line for each maneuver and each flight of the search, were they all 20 s apart."""
     clock = count(0.0, 20.0)
-    monkeypatch.setattr("pitotbench.campaigns.fleet.monotonic", lambda: next(clock))
+    monkeypatch.setattr("pitotbench.campaigns.progress.monotonic", lambda: next(clock))
     assert main(["plan", "--maneuver", "rapid_decel", "--draws", "2", "--search", "4"]) == DONE
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "pitotbench: flying: 1 of 5"

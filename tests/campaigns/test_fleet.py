@@ -11,17 +11,9 @@ from multiprocessing import current_process
 
 import pytest
 
-from pitotbench.campaigns import fleet
-from pitotbench.campaigns.fleet import (
-    Failure,
-    Host,
-    Limits,
-    check_hosts,
-    open_cluster,
-    open_fleet,
-    require_all,
-    run_tasks,
-)
+from pitotbench.campaigns.cluster import Host, check_hosts, open_cluster
+from pitotbench.campaigns.fleet import Failure, open_fleet, require_all, run_tasks
+from pitotbench.campaigns.progress import progress
 from pitotbench.records import BadInputError, NoAnswerError
 
 
@@ -114,8 +106,8 @@ def test_an_interrupt_does_not_wait_for_the_tasks_that_have_not_begun():
 def test_without_a_terminal_a_line_says_how_far_the_work_is(label, said, monkeypatch, capsys):
     """At most one line in 20 s: the tasks end 5, 21, 30 and 45 s after the begin."""
     clock = iter([0.0, 5.0, 21.0, 21.0, 30.0, 45.0, 45.0])
-    monkeypatch.setattr("pitotbench.campaigns.fleet.monotonic", lambda: next(clock))
-    with fleet.progress(label, 1200) as advance:
+    monkeypatch.setattr("pitotbench.campaigns.progress.monotonic", lambda: next(clock))
+    with progress(label, 1200) as advance:
         for _ in range(4):
             advance()
     assert capsys.readouterr().err == said
@@ -176,6 +168,6 @@ def test_a_missing_or_wrong_security_file_is_refused_by_name(tmp_path, text, say
     file.write_text(text or "")
     with (
         pytest.raises(BadInputError, match=says),
-        open_cluster("tls://127.0.0.1:1", Limits(), text and file),
+        open_cluster("tls://127.0.0.1:1", text and file),
     ):
         pass

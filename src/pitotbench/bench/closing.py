@@ -24,7 +24,7 @@ from pitotbench.bench.workflow import (
     patch_of,
     prepare_layout,
 )
-from pitotbench.campaigns.fleet import progress as progress_bar
+from pitotbench.campaigns.progress import progress as progress_bar
 from pitotbench.effects import effect_of
 from pitotbench.reconciliation.fitting import fitted_by
 from pitotbench.reconciliation.other_flights import for_channels

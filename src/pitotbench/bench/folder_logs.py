@@ -9,7 +9,7 @@ from pitotbench.bench.calibrations import OneLog, Source, calibrate_each, names_
 from pitotbench.calibration.flights import DISAGREE
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.over_dates import over_dates
-from pitotbench.campaigns.fleet import progress
+from pitotbench.campaigns.progress import progress
 from pitotbench.logbook.columns import MAPPING, PARAMETERS
 from pitotbench.logbook.identity import airplane_of
 from pitotbench.logbook.same_flight import distinct, recorders_notices

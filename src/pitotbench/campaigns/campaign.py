@@ -23,10 +23,9 @@ from pitotbench.campaigns.fleet import (
     Limits,
     MachineError,
     open_fleet,
-    say,
-    terminal_bar,
 )
 from pitotbench.campaigns.plan_file import CampaignPlan, plan_of_names, read_plan, seeds_of
+from pitotbench.campaigns.progress import say, terminal_bar
 from pitotbench.campaigns.result_table import (
     RESULTS,
     STORE,

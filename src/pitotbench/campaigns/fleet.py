@@ -2,34 +2,28 @@
 
 import faulthandler
 import os
-import platform
 import socket
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
-from importlib import import_module
-from importlib.metadata import version
 from io import UnsupportedOperation
 from itertools import islice
 from multiprocessing import current_process
 from pathlib import Path
 from queue import SimpleQueue
-from time import monotonic
 from traceback import format_exception
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
+from pitotbench.campaigns.cluster import open_cluster
+from pitotbench.campaigns.progress import progress
 from pitotbench.campaigns.worker_pool import LostWorkError, WorkerPool
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.records.intake import read_toml
 from pitotbench.records.process import limit_process
-
-if TYPE_CHECKING:
-    from rich.progress import Progress, TaskID
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -37,8 +31,11 @@ Step = Callable[[], None]
 
 MOST_LOST_AT_FIRST = 10  # processes that die before any task has ended: no worker works
 MOST_IN_BUNDLE = 16  # tasks that are submitted as one call, however short they are
+# tasks submitted for each worker of a cluster: one that flies, one that waits there, one on its way
+_AHEAD = 3
+# s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
+_BUNDLE = 1.0
 _EXPECTED = (BadInputError, NoAnswerError, UnknownNameError)
-_EVERY = 20.0  # s between two lines
 
 
 class MachineError(BadInputError):
@@ -350,8 +347,10 @@ def open_fleet(
     """
     limits = limits or Limits()
     if scheduler is not None:
-        with open_cluster(scheduler, limits, security) as fleet:
-            yield fleet
+        with open_cluster(scheduler, security) as (executor, workers):
+            yield Fleet(
+                executor, limits, max(_AHEAD * workers, 8), own_process=True, bundle=_BUNDLE
+            )
         return
     processes = jobs or usable_cores()
     if tasks is not None:
@@ -374,175 +373,3 @@ def usable_cores() -> int:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # only Linux says so
         return os.cpu_count() or 1
-
-
-@contextmanager
-def progress(label: str, total: int) -> Iterator[Step]:
-    """Show a progress bar and give the function that advances it.
-
-    No bar without a label; no terminal on stderr gets a line instead, every 20 s at most.
-    """
-    if not label:
-        yield lambda: None
-        return
-    if not sys.stderr.isatty():
-        done, said = 0, monotonic()
-
-        def advance() -> None:
-            nonlocal done, said
-            done += 1
-            if monotonic() - said >= _EVERY:
-                said = monotonic()
-                say(f"{label}: {done:,} of {total:,}")
-
-        yield advance
-        return
-    bar, line = terminal_bar(label, total)
-    with bar:
-        yield lambda: bar.advance(line)
-
-
-def terminal_bar(label: str, total: int) -> tuple["Progress", "TaskID"]:
-    """Return a bar for a terminal, to be shown as a context, and its line."""
-    from rich.console import Console  # slow to load, and only a terminal needs it
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-    )
-    bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    return bar, bar.add_task(label, total=total)
-
-
-def say(text: str) -> None:
-    """Write a line to standard error."""
-    from pitotbench.show.columns import printable
-
-    sys.stderr.write(f"pitotbench: {printable(text)}\n")
-    sys.stderr.flush()
-
-
-_ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
-_AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
-# s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
-_BUNDLE = 1.0
-_PATIENCE = 60.0  # s to wait for the first worker
-
-
-@dataclass(frozen=True, slots=True)
-class Host:
-    """The versions of a process that is to fly for a campaign, and the digest of its code."""
-
-    versions: Mapping[str, str]
-    code: str
-
-
-def describe_host() -> Host:
-    """Return the versions and the code of this process."""
-    from pitotbench.campaigns.digests import code_digest
-
-    versions = {"python": platform.python_version()} | {name: version(name) for name in _ALIKE}
-    return Host(versions, code_digest())
-
-
-@contextmanager
-def open_cluster(address: str, limits: Limits, security: Path | None = None) -> Iterator[Fleet]:
-    """Give a fleet on the workers of a dask scheduler.
-
-    Every worker must have the versions and the code of the driver, and one thread: this is checked
-    before anything is flown.
-
-    Raises BadInputError where dask is not installed, where the scheduler does not answer, where it
-    has no worker within a minute, and where a worker has other versions, other code or more than
-    one thread.
-    """
-    try:
-        distributed: Any = import_module("distributed")
-    except ImportError as error:
-        raise BadInputError("--scheduler needs dask: pip install 'pitotbench[cluster]'") from error
-    secured = _security(distributed, address, security)
-    try:
-        client = distributed.Client(address, timeout="10s", security=secured)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise BadInputError(f"no dask scheduler answers at {address}: {error}") from error
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=_PATIENCE)
-        except TimeoutError as error:
-            raise BadInputError(
-                f"the scheduler at {address} has no worker; start one with `dask worker`"
-            ) from error
-        workers = client.scheduler_info(n_workers=-1)["workers"]
-        _require_one_thread(workers)
-        check_hosts(describe_host(), client.run(describe_host, on_error="return"))
-        window = max(_AHEAD * len(workers), 8)
-        yield Fleet(
-            client.get_executor(pure=False), limits, window, own_process=True, bundle=_BUNDLE
-        )
-
-
-def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> None:
-    """Raise BadInputError for a worker that differs in a version or in the code.
-
-    The message names the worker and the first difference.
-    """
-    for name, there in workers.items():
-        if isinstance(there, BaseException):
-            raise BadInputError(f"worker {name} cannot fly: {type(there).__name__}: {there}")
-        for what, mine in here.versions.items():
-            if there.versions.get(what) != mine:
-                raise BadInputError(
-                    f"worker {name} has {what} {there.versions.get(what)}, the driver has {mine}"
-                )
-        if there.code != here.code:
-            raise BadInputError(
-                f"worker {name} has other code or aircraft files than the driver; install the same"
-            )
-
-
-def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
-    for name, worker in workers.items():
-        if worker["nthreads"] != 1:
-            raise BadInputError(
-                f"worker {name} has {worker['nthreads']} threads; a flight needs a process: "
-                "start it with `dask worker --nthreads 1 --nworkers N`"
-            )
-
-
-def _security(distributed: Any, address: str, file: Path | None) -> Any:
-    """Return dask's own record of the certificates that a TOML file names.
-
-    A `tls://` scheduler asks for them.
-    """
-    if file is None:
-        if address.startswith("tls"):
-            raise BadInputError(
-                f"{address} asks for certificates: give --security FILE with the paths ca, cert "
-                "and key"
-            )
-        return None
-    stated = read_toml(file, "the paths of certificates")
-    try:
-        ca, cert, key = (str(file.parent / stated[name]) for name in ("ca", "cert", "key"))
-        security = distributed.Security(
-            tls_ca_file=ca,
-            tls_client_cert=cert,
-            tls_client_key=key,
-            require_encryption=address.startswith("tls"),
-        )
-        security.get_connection_args("client")  # reads the files
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        why = f": {error.strerror}" if isinstance(error, OSError) and error.strerror else ""
-        raise BadInputError(
-            f"{file}: not a TOML file with the paths ca, cert and key of readable files{why}"
-        ) from error
-    return security

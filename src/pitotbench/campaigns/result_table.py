@@ -21,7 +21,7 @@ import numpy as np
 
 from pitotbench.calibration.options import options_from
 from pitotbench.campaigns.digests import file_sha256
-from pitotbench.campaigns.fleet import say
+from pitotbench.campaigns.progress import say
 from pitotbench.campaigns.store import (
     INDEX,
     PARTS,

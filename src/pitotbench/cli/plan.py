@@ -109,7 +109,7 @@ def run(options: argparse.Namespace) -> int:
     if options.sheet is not None:
         raise BadInputError("--sheet is of a card written by hand: give --by-hand too")
     from pitotbench.bench.planner import plan as plan_flight
-    from pitotbench.campaigns.fleet import progress
+    from pitotbench.campaigns.progress import progress
     from pitotbench.records.outputs import require_folder
     from pitotbench.show.plan import plan_json, plan_tree
     from pitotbench.show.reader_units import reader_units

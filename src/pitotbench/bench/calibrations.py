@@ -312,7 +312,8 @@ def _input_of(role: str, source: OneLog, log: FlightLog | None) -> InputFile:
         told = sha256()
         for key, array in channels.items():  # one after another: together they fill the memory
             told.update(key.encode())
-            told.update(np.ascontiguousarray(array).view(np.uint8).data)
+            plain = array.astype(np.str_) if array.dtype == object else array
+            told.update(np.ascontiguousarray(plain).view(np.uint8).data)
         digest = told.hexdigest()
     if log is None:
         return InputFile(role, name, digest)

@@ -98,13 +98,10 @@ def linearize(
         )
     response = blocks.mean((obs.impact_pressure - prediction.indicated) / prediction.slope)
     # Column by column: of a long log all of them are larger than the log itself.
-    regressors = np.stack(
-        [
-            *(blocks.mean(column / prediction.slope) for column in prediction.jacobian.T),
-            *(blocks.mean(each.column(prediction, obs)) for each in structure.nuisances),
-        ],
-        axis=1,
-    )
+    columns = [blocks.mean(column / prediction.slope) for column in prediction.jacobian.T]
+    prediction = prediction.without_curve()
+    columns += [blocks.mean(each.column(prediction, obs)) for each in structure.nuisances]
+    regressors = np.stack(columns, axis=1)
     airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
     white = NORMAL * float(np.median(np.abs(white_differences(obs.impact_pressure))))  # Pa
     sensor = (white / slope) ** 2 / blocks.count

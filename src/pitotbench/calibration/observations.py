@@ -295,6 +295,7 @@ def observe(
     temperature, heating, standard = _temperature(log, options)
     between_fixes = [axis[used] for axis in velocity]
     as_held = between_fixes if velocity is held else [axis[used] for axis in held]
+    flown = slice(None) if velocity is held else between
     return Observations(
         time=log.time[used],
         impact_pressure=log.impact_pressure[used],
@@ -315,9 +316,9 @@ def observe(
         standard_day=standard,
         parts=parts,
         usable=usable,
-        acceleration=_acceleration(log.time[between], velocity[:2, between], stretch[between])[
-            used[between]
-        ],
+        acceleration=_acceleration(
+            log.time[flown], velocity[:2, flown], stretch[flown], used[flown]
+        ),
         heading=None if log.heading is None else log.heading[used],
         of_fixes=OF_FIXES in log.header,
         rests=_rests(log, used),
@@ -482,19 +483,22 @@ def _between_fixes(
 _RATE_OVER = 2.0  # s: short against a turn, long against the noise of a velocity
 
 
-def _acceleration(time: Seconds, velocity: Array, stretch: NDArray[np.intp]) -> Array:
-    """Return the change of velocities (2, n) over two seconds around each row, (n, 2) [m/s²].
+def _acceleration(
+    time: Seconds, velocity: Array, stretch: NDArray[np.intp], used: Booleans
+) -> Array:
+    """Return the change of velocities (2, n) over two seconds around each used row, (k, 2) [m/s²].
 
     Only the row's own stretch counts; a row alone has 0. The rows must lie between fixes: a
     velocity is held beyond the last, as if a turn ended there.
     """
     edges = np.flatnonzero(np.diff(stretch, prepend=-1, append=stretch[-1] + 1))
-    first, last = time[edges[:-1]], time[edges[1:] - 1]
-    number = np.searchsorted(edges, np.arange(len(time)), side="right") - 1
-    ahead = np.minimum(time + 0.5 * _RATE_OVER, last[number])
-    behind = np.maximum(time - 0.5 * _RATE_OVER, first[number])
-    change = [np.interp(ahead, time, v) - np.interp(behind, time, v) for v in velocity]
-    return np.asarray((np.stack(change) / np.maximum(ahead - behind, 1e-9)).T)
+    first, last = (np.repeat(time[ends], np.diff(edges)) for ends in (edges[:-1], edges[1:] - 1))
+    ahead = np.minimum(time + 0.5 * _RATE_OVER, last)
+    behind = np.maximum(time - 0.5 * _RATE_OVER, first)
+    del first, last  # of a long log each array counts
+    over = np.maximum(ahead - behind, 1e-9)
+    change = ((np.interp(ahead, time, v) - np.interp(behind, time, v)) / over for v in velocity)
+    return np.stack([each[used] for each in change], axis=1)
 
 
 def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, float, bool]:

@@ -30,9 +30,10 @@ Outputs = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True, slots=True)
 class OutputErrorFit:
-    """θ (p,) with its white Cramér-Rao covariance (p, p), and the residuals (m, n) [m/s].
+    """θ (p,) with its white Cramér-Rao covariance (p, p).
 
-    The covariance of the residuals is (m, m).
+    The residuals of the m outputs have the standard `deviation` (m,) and the covariance `noise` (m,
+    m) [m/s]; kept themselves, they would hold on to the memory of the whole fit of a long log.
 
     The condition number is that of the scaled information matrix; `reason` says why the iteration
     ended.
@@ -40,7 +41,7 @@ class OutputErrorFit:
 
     theta: Array
     covariance: Array
-    residuals: Array
+    deviation: Array
     noise: Array
     iterations: int
     condition_number: float
@@ -76,7 +77,8 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
                 scale, scale
             )
             reason = f"step below {_DECREMENT:g} standard errors after {iteration} iterations"
-            return OutputErrorFit(theta, covariance, residuals, noise, iteration, condition, reason)
+            deviation = np.array([np.std(each) for each in residuals])
+            return OutputErrorFit(theta, covariance, deviation, noise, iteration, condition, reason)
     raise NoAnswerError(
         f"output error did not converge in {_ITERATIONS} iterations (condition number "
         f"{condition:.2g}): "

@@ -1,6 +1,6 @@
 """The air data predicted by ground velocity, wind and error curve, with an exact Jacobian."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,10 @@ class Prediction:
     def wind_columns(self) -> Array:
         """The part of the Jacobian that belongs to the wind, (n, 2 or 3) [Pa s/m]."""
         return self.jacobian[:, self.error_count :]
+
+    def without_curve(self) -> "Prediction":
+        """Return the prediction without the curve's part of the Jacobian, most of its memory."""
+        return replace(self, jacobian=self.wind_columns.copy(order="F"), error_count=0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -157,9 +157,10 @@ def flags(name: str, column: Column) -> NDArray[np.bool_]:
 _LONGEST_TEXT = 1000  # letters: an array of texts has room for the longest of them in each row
 
 
-def texts(name: str, column: Column) -> NDArray[np.str_]:
+def texts(name: str, column: Column) -> Column:
     """Return a column as text; an empty cell is an empty text.
 
+    The rows of a run share one text: as letters the labels of a long log outweigh ten columns.
     Raises BadInputError for a text that is no label.
     """
     if column.dtype.kind == "U":
@@ -173,7 +174,7 @@ def texts(name: str, column: Column) -> NDArray[np.str_]:
             f"column {name!r} holds a text of {longest:,} letters, where {_LONGEST_TEXT:,} are the "
             "most: shorten it"
         )
-    return np.repeat(np.array(cells, dtype=np.str_), np.diff(first, append=len(column)))
+    return np.repeat(np.array(cells, dtype=object), np.diff(first, append=len(column)))
 
 
 @contextmanager

@@ -134,7 +134,7 @@ def _outputs(fitted: OutputErrorFit) -> Row:
 
     Pooled is the root of the mean square over the outputs: an output without residual lowers it.
     """
-    each = 2.0 * np.std(fitted.residuals, axis=1) / KNOT
+    each = 2.0 * fitted.deviation / KNOT
     names = [f"two_sigma_{axis}_kt" for axis in ("north", "east", "down")]
     return {"pooled_two_sigma_kt": rms(each), **dict(zip(names, each.tolist(), strict=False))}
 

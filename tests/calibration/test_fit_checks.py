@@ -37,7 +37,7 @@ def test_one_point_decides_and_either_sign_counts(sign, size, kind):
     if kind != "plausible":
         assert verdict.worst == sign * size
         assert verdict.indicated_airspeed == SPEED[4]
-        assert f"{100.0 * sign * size:+.0f}% of the impact pressure at 140 kt" in verdict.words
+        assert f"{100.0 * sign * size:+.0f} % of the impact pressure at 140 kt" in verdict.words
 
 
 def test_a_large_error_that_is_hardly_known_is_not_impossible():

@@ -203,7 +203,9 @@ def altitude_rows(
     if log.altitude is None:
         return None
     carried = carried_height(log, options.gps_latency, obs.has_down)
-    still = _at_rest(log)
+    # Before take-off or after landing the static source has no error: height and pressure agree.
+    still = np.hypot(log.velocity_north, log.velocity_east) < _AT_REST
+    still &= log.impact_pressure < float(air.impact_pressure(_NO_AIRSPEED))
     rows = np.flatnonzero((obs.used | still) & np.isfinite(carried.height))
     if len(rows) < _FEWEST_BLOCKS:
         return None
@@ -270,11 +272,6 @@ def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, impact_share:
     )
 
 
-def _geopotential(height: Meters) -> Meters:
-    """The geopotential height of heights (n,) [m]: gravity falls with height."""
-    return height / (1.0 + height / _EARTH)
-
-
 def virtual_temperature_rise(temperature: float, pressure: float) -> float:
     """Return by how much saturated air is lighter, as a temperature [K].
 
@@ -286,15 +283,6 @@ def virtual_temperature_rise(temperature: float, pressure: float) -> float:
     celsius = temperature - 273.15
     vapor = 610.94 * float(np.exp(17.625 * celsius / (celsius + 243.04)))
     return _LIGHTER * vapor / pressure * temperature
-
-
-def _at_rest(log: FlightLog) -> Booleans:
-    """Return the rows before take-off or after landing, where the static source has no error.
-
-    Height and pressure agree there.
-    """
-    still = np.hypot(log.velocity_north, log.velocity_east) < _AT_REST
-    return np.asarray(still & (log.impact_pressure < float(air.impact_pressure(_NO_AIRSPEED))))
 
 
 def _white_noise(values: Array) -> tuple[float, Booleans]:
@@ -345,12 +333,13 @@ def _assembled(
     options: CalibrationOptions,
 ) -> AltitudeRows:
     static, impact = blocks.mean(log.static_pressure), blocks.mean(impact_pressure)
-    height = _geopotential(blocks.mean(carried.height))
+    height = blocks.mean(carried.height)
+    height = height / (1.0 + height / _EARTH)  # geopotential: gravity falls with height
     profile = _air_temperature(log, obs, blocks, impact, static, height)
     moist = virtual_temperature_rise(
         float(np.median(profile.temperature)), float(np.median(static))
     )
-    profile = profile.warmed(_HALF * moist)
+    profile = replace(profile, temperature=profile.temperature + _HALF * moist)
     column = np.exp(-air.GRAVITY / air.GAS_CONSTANT * profile.thinness(height))
     column *= float(np.mean(static / column))
     # By the column's pressure: a gain by the reading would put the rows into their own columns.
@@ -432,10 +421,6 @@ class _Profile:
     def at(self, height: Meters) -> Kelvin:
         """The temperature at heights (n,) [K]."""
         return np.interp(height, self.edges, self.temperature)
-
-    def warmed(self, kelvin: float) -> "_Profile":
-        """The profile of air that is warmer by so much."""
-        return replace(self, temperature=self.temperature + kelvin)
 
     def thinness(self, height: Meters) -> Array:
         """The integral of dh/T from the mean height to heights (n,) [m/K].

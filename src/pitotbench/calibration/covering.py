@@ -120,8 +120,8 @@ Flown = tuple[Prediction, Observations]
 def flown_of(structure: Structure, obs: Observations, fit: CoveringFit) -> Flown:
     """Return the prediction of a fit, and its rows less the path of a wind that drifts."""
     flown = obs if fit.path is None else fit.path.taken_from(obs)
-    prediction = structure.model.predict(fit.theta[: structure.model.count], flown)
-    return prediction.without_curve(), flown
+    theta = fit.theta[: structure.model.count]
+    return structure.model.predict(theta, flown).without_curve(), flown
 
 
 def moved_by(

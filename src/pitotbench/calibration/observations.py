@@ -132,7 +132,8 @@ def usable_parts(log: FlightLog) -> UsableParts:
     steep flight the wind changes with height faster than turns can show it.
     """
     speed = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
-    flying = speed > _flying_airspeed(speed)
+    fast = speed[speed > _MINIMUM_AIRSPEED]
+    flying = speed > (_FLYING * float(np.quantile(fast, _FAST)) if len(fast) else 0.0)
     # A log with rows of taxi holds a take-off or a landing. Recorders may leave out those at rest.
     slow = np.hypot(log.velocity_north, log.velocity_east) < TAXI
     grounded = bool(np.any(~flying & slow))
@@ -177,11 +178,6 @@ def path_angle(log: FlightLog) -> Array:
 def spans(time: Seconds, rows: Booleans) -> tuple[tuple[float, float], ...]:
     """Return the first and the last time of each part of marked rows [s]."""
     return tuple((float(time[first]), float(time[end - 1])) for first, end in _runs(rows))
-
-
-def _flying_airspeed(speed: Array) -> float:
-    fast = speed[speed > _MINIMUM_AIRSPEED]
-    return _FLYING * float(np.quantile(fast, _FAST)) if len(fast) else 0.0
 
 
 def _runs(rows: Booleans) -> list[tuple[int, int]]:
@@ -492,10 +488,9 @@ def _acceleration(
     velocity is held beyond the last, as if a turn ended there.
     """
     edges = np.flatnonzero(np.diff(stretch, prepend=-1, append=stretch[-1] + 1))
-    first, last = (np.repeat(time[ends], np.diff(edges)) for ends in (edges[:-1], edges[1:] - 1))
-    ahead = np.minimum(time + 0.5 * _RATE_OVER, last)
-    behind = np.maximum(time - 0.5 * _RATE_OVER, first)
-    del first, last  # of a long log each array counts
+    rows = np.diff(edges)  # of each stretch; of a long log each array counts
+    ahead = np.minimum(time + 0.5 * _RATE_OVER, np.repeat(time[edges[1:] - 1], rows))
+    behind = np.maximum(time - 0.5 * _RATE_OVER, np.repeat(time[edges[:-1]], rows))
     over = np.maximum(ahead - behind, 1e-9)
     change = ((np.interp(ahead, time, v) - np.interp(behind, time, v)) / over for v in velocity)
     return np.stack([each[used] for each in change], axis=1)

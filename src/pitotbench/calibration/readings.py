@@ -14,24 +14,11 @@ from pitotbench.records.calibration import CalibratedFlight, Calibration, Disagr
 from pitotbench.records.log import Caution, CurveMove, FlightLog
 from pitotbench.units import KNOT
 
-
-def _total(log: FlightLog) -> FlightLog:
-    return replace(log, total_temperature=log.air_temperature, air_temperature=None)
-
-
-def _air(log: FlightLog) -> FlightLog:
-    return replace(log, air_temperature=log.total_temperature, total_temperature=None)
-
-
-def _without_height(log: FlightLog) -> FlightLog:
-    return replace(log, altitude=None)
-
-
 # By the code of a finding, the log as it would be read otherwise.
 _OTHERS: dict[str, Callable[[FlightLog], FlightLog]] = {
-    NO_AIR: _total,
-    NO_TOTAL: _air,
-    HEIGHT: _without_height,
+    NO_AIR: lambda a: replace(a, total_temperature=a.air_temperature, air_temperature=None),
+    NO_TOTAL: lambda a: replace(a, air_temperature=a.total_temperature, total_temperature=None),
+    HEIGHT: lambda a: replace(a, altitude=None),
 }
 
 

@@ -1,7 +1,7 @@
 """The reduction of one log: choice of rows, white fit, screening of faults, noise and answer."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING
@@ -312,7 +312,9 @@ def _screened(
     if near is not None and near.path is not None:
         flown, start = near.path.taken_from(obs), np.zeros(model.count)
         start[model.error_count : model.error_count + 2] = near.theta[1:3]
-    fit = _white_fit(model, flown, start)
+    fit = None
+    with suppress(NoAnswerError):  # faulty rows may keep it from converging
+        fit = fit_scalar(model, flown, start)
     none = np.zeros(0, dtype=np.intp)
     if robust:
         screened = screen(model, flown, None if fit is None else fit.theta)
@@ -344,16 +346,6 @@ def _structure(
 ) -> Structure:
     priors, wind = priors_of(options.priors), stated_wind(options.wind)
     return Structure(model, nuisances_of(options, obs), drifting, priors, wind=wind)
-
-
-def _white_fit(
-    model: PredictionModel, obs: Observations, start: Array | None
-) -> OutputErrorFit | None:
-    """The published fit; None where faulty rows may keep it from converging."""
-    try:
-        return fit_scalar(model, obs, start)
-    except NoAnswerError:
-        return None
 
 
 def _cover(log: FlightLog, white: Reduction) -> Reduction:
@@ -489,8 +481,14 @@ def _warnings(
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
         text = f"{len(left_out)} rows disagree with all others and are left out, at {times}{more}"
         yield Caution(text, "faulty rows", size=len(left_out))
-    if found.wind_change is not None and _is_named(found.wind_change):
-        yield _wind_warning(found.wind_change)
+    change = found.wind_change  # named where it matters, and a constant wind would seldom look so
+    if (
+        change is not None
+        and change.bayes_factor > MIN_BAYES_FACTOR
+        and change.chance < _CHANGED
+        and _moves(change).matters
+    ):
+        yield _wind_warning(change)
 
 
 def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | None) -> bool:
@@ -504,18 +502,6 @@ def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | N
     rate = float(np.mean(np.diff(np.unwrap(log.heading)))) / interval(log.time) / DEGREE
     known = latency.two_sigma < abs(latency.value)
     return known and abs(-rate * latency.value - caution.size) < abs(rate) * latency.two_sigma
-
-
-def _is_named(change: WindChange) -> bool:
-    """Whether the log asks for a change of the wind that matters.
-
-    A constant wind would seldom look so.
-    """
-    return (
-        change.bayes_factor > MIN_BAYES_FACTOR
-        and change.chance < _CHANGED
-        and _moves(change).matters
-    )
 
 
 def _moves(change: WindChange) -> CurveMove:

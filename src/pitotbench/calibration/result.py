@@ -61,7 +61,11 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
     curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
     residuals = residuals_of(reduction)
-    assumed = reduction.error_location == STATIC and _place_assumed(reduction)
+    assumed = (  # neither stated nor seen in the height
+        reduction.error_location == STATIC
+        and reduction.options.error_location == AUTO
+        and reduction.diagnostics.static_probability is None
+    )
     stated = accuracies_of(reduction.options.accuracies, {})
     drawn = _curve(curve, white, answer, reduction.nuisances)
     each = _estimates(model, answer)
@@ -127,14 +131,6 @@ def _day(reduction: Reduction, shares: Sequence[Share], curve: CurveMap) -> DayT
     unseen = part.estimate.two_sigma / stated.temperature_k**2
     departure = float(np.median(temperature - standard))
     return DayTemperature(departure, _DOUBTED * unseen * part.curve, _DOUBTED * slow)
-
-
-def _place_assumed(reduction: Reduction) -> bool:
-    """Whether the place of the error was neither stated nor seen in the height."""
-    return (
-        reduction.options.error_location == AUTO
-        and reduction.diagnostics.static_probability is None
-    )
 
 
 def _one_window(reduction: Reduction, wind: WindEstimate) -> tuple[WindowWind, ...]:

@@ -97,7 +97,8 @@ def with_scale(result: Calibration, log: FlightLog) -> Calibration:
         finding = Disagreement("scale", reported, 0.0, fatal=True)
         return replace(result, disagreements=(finding, *result.disagreements), warnings=others)
     if meant or abs(scale.factor - 1.0) > LIMITS.reported:
-        says = f"{_factor_words(scale)}{_settings(result, scale)}"
+        factor = f"{scale.factor:.3f} ± {scale.two_sigma:.3f}"
+        says = f"multiply the airspeed by {factor}{_settings(result, scale)}"
         words = [each for each, (cause, _) in zip(named, told, strict=True) if cause.of]
         if words:
             says = f"{says}. {words[0][0].upper()}{' or '.join(words)[1:]} does so as well"
@@ -173,10 +174,6 @@ def _true_airspeed(result: Calibration, log: FlightLog) -> list[_Cause]:
         f"a true airspeed in the column of the indicated one (the air density makes {dense:.3f})"
     )
     return [_Cause(words, dense, _AIR)]
-
-
-def _factor_words(scale: Scale) -> str:
-    return f"multiply the airspeed by {scale.factor:.3f} ± {scale.two_sigma:.3f}"
 
 
 def _settings(result: Calibration, scale: Scale) -> str:

@@ -54,10 +54,6 @@ class Task:
     keep_logs: str = "all"
     draw: str = ""
 
-    def log_name(self, system: DataSystem) -> str:
-        """Return the end of the name of a log's file, such as `20_1.parquet`."""
-        return f"{system.label.replace('/', '_')}.{self.log_format}"
-
 
 def content_key(cell: str, case: Case) -> str:
     """Return the key of a flight: the digest of its cell and its seeds, 32 hexadecimal digits."""
@@ -113,7 +109,7 @@ class Row:
 class TaskOutcome:
     """The result of a task: rows, a page section for each data system, failures in words, and logs.
 
-    `logs` are the bytes of the files by the end of their names. `code` is the digest of the code
+    `logs` are the bytes of the files by the end of their names (`20_1.parquet`). `code` is the digest of the code
     that flew, `host` the class of the machine; the times are those of the whole task [s].
     """
 
@@ -159,7 +155,7 @@ def perform_task(task: Task) -> TaskOutcome:
         if task.keep_logs == "all" or (task.keep_logs == "failed" and len(failures) > before):
             with TemporaryDirectory(prefix="pitotbench-") as folder:
                 written = write_log(log, Path(folder, f"log.{task.log_format}"))
-                logs[task.log_name(system)] = written.read_bytes()
+                logs[f"{system.label.replace('/', '_')}.{task.log_format}"] = written.read_bytes()
         if results:
             sections.append(_section(task, system, flight, log, results))
     times = (time.process_time() - cpu, time.perf_counter() - begun)

@@ -156,7 +156,10 @@ def schedule(
     # stretches.
     before = np.cumsum([0, *(len(fix) for fix in fixes)])
     fix = np.concatenate(
-        [_latest(row / rate, gps_rate) + n for row, n in zip(rows, before, strict=False)]
+        [
+            np.floor(row / rate * gps_rate + _SLACK).astype(np.intp) + n
+            for row, n in zip(rows, before, strict=False)
+        ]
     )
     return Schedule(
         time=np.round(np.concatenate(clock), _CLOCK_DECIMALS),
@@ -187,10 +190,6 @@ class _Stretch:
     def at(self, position: Array) -> Array:
         """Return positions in the flight's arrays, kept within the stretch."""
         return self.first + np.clip(position, 0.0, self.last - self.first)
-
-
-def _latest(since_start: Seconds, gps_rate: float) -> Indices:
-    return np.floor(since_start * gps_rate + _SLACK).astype(np.intp)
 
 
 def _instants(positions: list[Array]) -> Instants:

@@ -161,43 +161,31 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """The fields that all effects share.
-
-    `what` says in a sentence what happens, `source` where form and sizes come from. `part` is the
-    part of the airplane, of its instruments or of the world that has it. `shows_in` says what to
-    fly so that the effect shows best. `variant_of` names the plain effect of the same cause: a
-    second-order line is a variant of a lag. `neighbor` names the effect that this one is without
-    its defining size. `one_model_with` names an effect of the same terms in every channel: no log
-    separates them. `left_open` names effects that its form may hold a little of: a pod pitches the
-    airplane too, by an arm that nobody knows. `by_size`: each of its sizes may be there without the
-    others, as one surface that is off, and is looked for alone. An effect `for_whole_flight` is not
-    looked for in a part of the flight: a workshop sets it, or it is a drift, which would jump at
-    the ends of the part. An effect seen `by_vanes` is not looked for without them: there the lift
-    alone shows it, as it shows what the form of another term leaves. `like_without_vanes` names an
-    effect that no log without vanes separates from this one. `part_of` names the effect
-    that this one is for a part of the flight; only the forms in time have it. An effect on the
-    sensors changes the channels `changes`, and of the channels `also` those that the log has; it
-    changes no others.
-    """
+    """What all effects have: a name, parameters, a source, and how `reconcile` looks for them."""
 
     name: str
     acts_on: ClassVar[ActsOn]
     parameters: tuple[Parameter, ...]
-    source: str
-    what: str
-    shows_in: Excitation
-    part: Part = ""
-    variant_of: str = ""
-    neighbor: str = ""
-    one_model_with: str = ""
+    source: str  # where its form and its sizes come from: author and year
+    what: str  # what happens, in one sentence
+    shows_in: Excitation  # what to fly so that it shows best
+    part: Part = ""  # of the airplane, its instruments or the world, that has it
+    variant_of: str = ""  # plain effect of the same cause: of a second-order line, a lag
+    neighbor: str = ""  # effect that it is without its defining size
+    one_model_with: str = ""  # effect of the same terms in every channel: no log separates them
+    # effects that its form may hold a little of: a pod pitches the airplane, by an unknown arm
     left_open: tuple[str, ...] = ()
-    by_size: bool = False
+    by_size: bool = False  # each size may be there alone, as one surface that is off
+    # not looked for in a part of the flight: a workshop sets it, or it is a drift, which would jump
+    # at the ends of the part
     for_whole_flight: bool = False
+    # looked for with vanes only: without them the lift alone shows it, as it shows what the form of
+    # another term leaves
     by_vanes: bool = False
-    like_without_vanes: str = ""
-    part_of: str = ""
-    changes: tuple[str, ...] = ()
-    also: tuple[str, ...] = ()
+    like_without_vanes: str = ""  # effect that no log without vanes separates from it
+    part_of: str = ""  # effect that it is for a part of the flight; only forms in time have it
+    changes: tuple[str, ...] = ()  # channels that it needs and changes; it changes no others
+    also: tuple[str, ...] = ()  # channels that it changes where the log has them
 
     @property
     def cause(self) -> str:

@@ -426,30 +426,7 @@ class AutopilotSettings:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Calibration(Shown):
-    """An error curve and a wind with their bounds, and the numbers to check them by.
-
-    `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed: of `residuals`, or
-    by the estimator alone that of its white fit, the figure of Martos, Kiszely and Foster (2011).
-    It is no bound on the curve. `reason` says why the iteration stopped. `condition_number` is that
-    of the scaled, whitened normal problem.
-
-    `error_location` is the place of the pressure error, stated, assumed or estimated: `static`,
-    `total` or `impact`. `place_assumed`: nothing in the log shows at which source the error is.
-    `assumptions`: the accuracies on which every bound depends. `priors`: those that were stated, by
-    name. `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that
-    `curve.correction` takes out, None where none was looked for. `scale`: the factor on the
-    airspeed, None where height alone answers. `day`: what the temperature is and does to the curve,
-    None where it is assumed or exact. `mach`: the largest Mach number used.
-
-    `winds`: the wind of each window of a long flight, else of the whole log. `parts`: first and
-    last time [s] of each part of the log that was used, and `left_out`: why other rows were not.
-    `one_sided`: the slow and the fast airspeeds that were flown on one side of the compass only, at
-    most one each. `points`: the fixed-speed points of the log that the curve was held against.
-
-    `log_start`: time of the first row of the file [s]. `autopilot`: the parameters in the log, None
-    for another log. `provenance`: the files and the choices behind the answer, where the caller
-    stated them.
-    """
+    """An error curve and a wind with their bounds, and the numbers to check them by."""
 
     model: str
     method: str
@@ -457,31 +434,39 @@ class Calibration(Shown):
     reference_pressure: float  # Pa
     wind: WindEstimate | None  # None where height alone answers
     curve: ErrorCurve
+    # 2σ of `residuals` as calibrated airspeed [m/s], no bound on the curve; by the estimator alone
+    # that of its white fit, the figure of Martos, Kiszely and Foster (2011)
     residual_two_sigma: float
     samples: int
     converged: bool
-    reason: str
-    condition_number: float
+    reason: str  # why the iteration stopped
+    condition_number: float  # of the scaled, whitened normal problem
     residuals: Residuals
     diagnostics: Diagnostics
     warnings: tuple[Caution, ...] = ()
     shares: tuple[Share, ...] = ()
+    # place of the pressure error, stated, assumed or estimated: `static`, `total` or `impact`
     error_location: str = "impact"
-    assumptions: tuple[Assumption, ...] = ()
-    priors: Mapping[str, float] = field(default_factory=dict)
+    assumptions: tuple[Assumption, ...] = ()  # the accuracies on which every bound depends
+    priors: Mapping[str, float] = field(default_factory=dict)  # those that were stated, by name
+    # zero offset of the sensor that was found and that `curve.correction` takes out [Pa]; None
+    # where none was looked for
     impact_pressure_zero: Estimate | None = None
-    winds: tuple[WindowWind, ...] = ()
-    parts: tuple[tuple[float, float], ...] = ()
-    left_out: tuple[str, ...] = ()
+    winds: tuple[WindowWind, ...] = ()  # of each window of a long flight, else of the whole log
+    parts: tuple[tuple[float, float], ...] = ()  # first and last time of each part used [s]
+    left_out: tuple[str, ...] = ()  # why other rows were not used
     disagreements: tuple[Disagreement, ...] = ()
-    points: tuple[FixedSpeedPoint, ...] = ()
-    place_assumed: bool = False
+    points: tuple[FixedSpeedPoint, ...] = ()  # against which the curve was held
+    place_assumed: bool = False  # nothing in the log shows at which source the error is
+    # what the temperature is and does to the curve; None where it is assumed or exact
     day: DayTemperature | None = None
-    mach: float = 0.0
-    log_start: float = 0.0
-    autopilot: RecordedAutopilot | None = None
-    scale: Scale | None = None
+    mach: float = 0.0  # largest one used
+    log_start: float = 0.0  # time of the first row of the file [s]
+    autopilot: RecordedAutopilot | None = None  # parameters in the log of an autopilot
+    scale: Scale | None = None  # factor on the airspeed; None where height alone answers
+    # slow and fast airspeeds that were flown on one side of the compass only, at most one each
     one_sided: tuple[OneSided, ...] = ()
+    # files and choices behind the answer, where the caller stated them
     provenance: Provenance = field(default_factory=Provenance)
 
     @property

@@ -14,17 +14,18 @@ from pitotlab.house import PRODUCT, reach_of_jobs, statements_in
 # a log's own lines became unknowns, and before sizes grew with the airplane.
 ENTERED = {"fly": 1_165, "calibrate": 5_076, "reconcile": 5_999, "run_campaign.py": 4_767}
 # The pages of a package with the entries of its table, which anybody may extend, and the statements
-# of what stands beside them. That carries every entry, and does not grow with their number.
+# of what stands beside them. That carries every entry, and does not grow with their number: each
+# limit is what it has and 2 %, so that a mended fault fits.
 READERS = (
     "bundle csv dataflash displays handbook_table hdf5 matlab other_kinds parquet recorder_files"
     " spreadsheet ulog"
 )
 CARRIED = {
-    "effects": ("air airframe pneumatic propulsion recorder stability", 592),
-    "logbook": (READERS, 2_856),
-    "pressure_error": ("models", 77),
-    "sensing": ("sampling", 149),
-    "simulation": ("maneuvers", 2_184),
+    "effects": ("air airframe pneumatic propulsion recorder stability", 600),
+    "logbook": (READERS, 2_910),
+    "pressure_error": ("models", 80),
+    "sensing": ("sampling", 152),
+    "simulation": ("maneuvers", 2_230),
 }
 
 

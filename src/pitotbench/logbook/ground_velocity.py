@@ -122,48 +122,24 @@ def _velocity_from_position(
     the accuracy of the velocity.
     """
     time = draft.channels["time"]
-    known = np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(time)
-    rows = np.flatnonzero(known)
-    moved = (np.diff(latitude[rows], prepend=np.nan) != 0.0) | (
-        np.diff(longitude[rows], prepend=np.nan) != 0.0
-    )
-    rows = rows[moved]
-    runs_on = time[rows] > np.r_[-np.inf, np.maximum.accumulate(time[rows])[:-1]]
-    rows = rows[runs_on]
+    rows, skips = _fixes(time, latitude, longitude)
     if len(rows) < FEWEST_FIXES:
         raise BadInputError(
             f"column {draft.columns['latitude']!r}: {len(rows)} different positions give no "
             "velocity: give a log of a flight, or one with ground speed and track"
         )
-    steps = np.diff(moments := time[rows])
-    usual = float(np.median(steps))
-    # A clock that is even but for a few steps was set there, or stood still: no speed comes from
-    # such a step.
-    odd = np.abs(steps / usual - 1.0) > _EVEN
-    odd = (np.diff(np.flatnonzero(runs_on)) > 1) | (
-        odd if np.mean(odd) < _FEW_ODD else steps > _PAUSE * usual
-    )
-    reach = max(1, round(_HALF_BASE / usual))
+    moments = time[rows]
+    odd = skips | _odd_steps(np.diff(moments))
+    reach = max(1, round(_HALF_BASE / float(np.median(np.diff(moments)))))
     counted = np.r_[0, np.cumsum(odd)]
     apart = np.where(counted[reach:] > counted[:-reach], np.nan, moments[reach:] - moments[:-reach])
-    phi = latitude[rows]
-    bent = 1.0 - _ECCENTRICITY_SQUARED * np.sin(phi) ** 2
-    meridian, parallel = (
-        _EQUATOR * (1.0 - _ECCENTRICITY_SQUARED) / bent**1.5,
-        _EQUATOR * np.cos(phi) / np.sqrt(bent),
-    )
-    turn = np.unwrap(longitude[rows])
-    chords = [
-        0.5 * (scale[reach:] + scale[:-reach]) * (at[reach:] - at[:-reach])
-        for scale, at in ((meridian, phi), (parallel, turn))
-    ]
-    grid = max(_shortest(_EQUATOR * np.diff(phi)), _shortest(parallel[1:] * np.diff(turn)))
+    chords, grid = _chords(latitude[rows], np.unwrap(longitude[rows]), reach)
     if np.nanmedian(np.hypot(*chords)) < _COARSE * grid:
         raise BadInputError(
             f"column {draft.columns['latitude']!r}: the positions come in steps of {grid:.0f} m, "
             "too coarse for a velocity: record more digits, or ground speed and track"
         )
-    (north, east), (speed, heading) = _along_arcs(draft, rows, np.stack(chords) / apart, apart)
+    (north, east), (speed, heading) = _along_arcs(draft, rows, chords / apart, apart)
     last = np.searchsorted(rows, np.arange(len(time)), side="right") - 1
     for name, values in (("velocity_north", north), ("velocity_east", east)):
         held = np.where(last >= 0, values[np.maximum(last, 0)], np.nan)
@@ -180,6 +156,46 @@ def _velocity_from_position(
     )
     header[OF_FIXES] = 2.0 * float(np.nanmedian(apart))
     _widen_accuracy(header, 2.0 * noise)
+
+
+def _fixes(
+    time: Seconds, latitude: Radians, longitude: Radians
+) -> tuple[NDArray[np.intp], Booleans]:
+    """Return the rows with a new position at a later time, (k,), and which steps skip one, (k − 1,)."""
+    rows = np.flatnonzero(np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(time))
+    moved = (np.diff(latitude[rows], prepend=np.nan) != 0.0) | (
+        np.diff(longitude[rows], prepend=np.nan) != 0.0
+    )
+    rows = rows[moved]
+    runs_on = time[rows] > np.r_[-np.inf, np.maximum.accumulate(time[rows])[:-1]]
+    return rows[runs_on], np.diff(np.flatnonzero(runs_on)) > 1
+
+
+def _odd_steps(steps: Seconds) -> Booleans:
+    """Return which time steps give no speed, (n,).
+
+    A clock that is even but for a few steps was set there, or stood still. One that is uneven
+    everywhere has a pause where a step is far longer than usual.
+    """
+    usual = float(np.median(steps))
+    odd = np.abs(steps / usual - 1.0) > _EVEN
+    return odd if np.mean(odd) < _FEW_ODD else steps > _PAUSE * usual
+
+
+def _chords(latitude: Radians, longitude: Radians, reach: int) -> tuple[Array, float]:
+    """Return the ways north and east [m] from each fix to the one `reach` later, and the grid [m].
+
+    The ways are (2, k − reach); the grid is the least change of a position.
+    """
+    bent = 1.0 - _ECCENTRICITY_SQUARED * np.sin(latitude) ** 2
+    meridian = _EQUATOR * (1.0 - _ECCENTRICITY_SQUARED) / bent**1.5
+    parallel = _EQUATOR * np.cos(latitude) / np.sqrt(bent)
+    chords = [
+        0.5 * (scale[reach:] + scale[:-reach]) * (at[reach:] - at[:-reach])
+        for scale, at in ((meridian, latitude), (parallel, longitude))
+    ]
+    steps = _EQUATOR * np.diff(latitude), parallel[1:] * np.diff(longitude)
+    return np.stack(chords), max(map(_shortest, steps))
 
 
 def _shortest(ways: Array) -> float:

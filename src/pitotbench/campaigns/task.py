@@ -109,8 +109,9 @@ class Row:
 class TaskOutcome:
     """The result of a task: rows, a page section for each data system, failures in words, and logs.
 
-    `logs` are the bytes of the files by the end of their names (`20_1.parquet`). `code` is the digest of the code
-    that flew, `host` the class of the machine; the times are those of the whole task [s].
+    `logs` are the bytes of the files by the end of their names (`20_1.parquet`). `code` is the
+    digest of the code that flew, `host` the class of the machine; the times are those of the whole
+    task [s].
     """
 
     rows: tuple[Row, ...] = ()

@@ -91,7 +91,7 @@ def test_a_limit_that_leaves_one_heading_is_named_by_calibrate_and_inspect():
     log = fixture.fly(path, 2, 2, fixture.Air(gps=0.02, pressure=2.0), seed=7)
     options = CalibrationOptions(mach_max=0.2)
     says = (
-        r"all headings lie within .*; the limit of Mach 0.2 \(--mach-max\) leaves out \d\d% of "
+        r"all headings lie within .*; the limit of Mach 0.2 \(--mach-max\) leaves out \d\d % of "
         r"the rows"
     )
     with pytest.raises(NoAnswerError, match=says):

@@ -278,18 +278,6 @@ def _has_converged(before: WindPath | None, path: WindPath | None) -> bool:
     return float(np.sqrt(np.mean(moved**2))) < _SAME_PATH
 
 
-def covariance_given(
-    structure: Structure, obs: Observations, blocks: Blocks, theta: Array, phi: Array
-) -> Array:
-    """Covariance of θ and the nuisances, (p + m, p + m), for a known noise.
-
-    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s]). It is the inverse
-    information matrix and does not depend on the response.
-    """
-    problem = linearize(structure, obs, blocks, theta)
-    return solve(problem.regression, problem.noise_of(phi))[1]
-
-
 def posterior_of(fit: OutputErrorFit | CoveringFit) -> Posterior:
     """Return the posterior of a fit: a Gaussian for output error, a mixture for covering."""
     if isinstance(fit, OutputErrorFit):

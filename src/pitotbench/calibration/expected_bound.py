@@ -13,13 +13,8 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.altitude import altitude_rows
-from pitotbench.calibration.covering import (
-    FirstPass,
-    covariance_given,
-    final_pass,
-    posterior_of,
-)
-from pitotbench.calibration.covering_problem import Structure, wind_scale
+from pitotbench.calibration.covering import FirstPass, final_pass, posterior_of
+from pitotbench.calibration.covering_problem import Structure, linearize, wind_scale
 from pitotbench.calibration.fit_checks import USELESS, require_observable
 from pitotbench.calibration.nuisances import nuisances_of, with_signs
 from pitotbench.calibration.observations import (
@@ -39,6 +34,7 @@ from pitotbench.calibration.prediction import CurveMap
 from pitotbench.calibration.reduction import model_of, one_thread, scale_of
 from pitotbench.calibration.result import correction_gradient
 from pitotbench.estimation.mixture import Posterior
+from pitotbench.estimation.restricted_likelihood import solve
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, MetersPerSecond
@@ -83,10 +79,10 @@ def expected_two_sigma(
     its usual size.
     """
     structure, obs, near = _problem(log, options, wind, noise)
-    blocks = divide(obs, block_length(obs))
-    covariance = covariance_given(structure, obs, blocks, near.theta, near.noise)
-    known = np.zeros(len(covariance))
-    known[: len(near.theta)] = near.theta
+    problem = linearize(structure, obs, divide(obs, block_length(obs)), near.theta)
+    # The inverse information matrix, which does not depend on the response.
+    covariance = solve(problem.regression, problem.noise_of(near.noise))[1]
+    known = np.pad(near.theta, (0, len(structure.nuisances)))
     answer = Posterior(np.ones(1), known[None], covariance[None])
     return _two_sigma(structure, answer, indicated_airspeed)
 

@@ -61,7 +61,7 @@ def long_log_ratios() -> Iterator[Line]:
     both = times.read + times.calibrate
     yield Line("read 1,000,000 rows of CSV / one pass of Arrow", times.read / times.arrow)
     yield Line("read and calibrate them / one pass of Arrow", both / times.arrow, "", 2.00)
-    yield Line("peak memory of reading and calibrating them", peak, " GB", 0.90, figure="memory")
+    yield Line("peak memory of reading and calibrating them", peak, " GB", 0.70, figure="memory")
 
 
 def fit_ratios() -> Iterator[Line]:

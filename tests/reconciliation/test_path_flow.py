@@ -12,7 +12,7 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.models.aircraft_model import aircraft_model
 from pitotbench.reconciliation.fitting import fit_gaps
-from pitotbench.reconciliation.flight_path import WIND, flow_angles, with_path_flow
+from pitotbench.reconciliation.flight_path import PATH_SCALES, WIND, flow_angles, with_path_flow
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out, mean_wind_of
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
@@ -63,6 +63,19 @@ def test_in_calm_air_the_path_gives_the_angles_of_the_vanes(log: FlightLog) -> N
         assert np.quantile(off, 0.8) < 0.15 * DEGREE
 
 
+def test_only_quick_changes_of_the_path_have_a_scale(log: FlightLog) -> None:
+    """Gusts and the answers to them last seconds; what follows the airspeed is whole."""
+    bare = track_of(replace(log, header={}, **BARE))
+    plain = with_path_flow(bare, mean_wind_of(bare, np.ones(len(bare.time), dtype=bool)), 1000.0)
+    swaying = plain.replaced({"pitch": plain["pitch"] + 0.01 * np.sin(2.0 * plain.time)})
+    for track, least, most in ((plain, 0.0, 0.004), (swaying, 0.006, 0.009)):
+        scaled = track.replaced(dict.fromkeys(PATH_SCALES, np.ones(len(track.time))))
+        moved = flow_angles(scaled)[0] - flow_angles(track)[0]
+        slow = uniform_filter1d(moved, round(40.0 / track.row_period))
+        assert least < np.std(moved) < most
+        assert np.quantile(np.abs(slow), 0.9) < 0.001
+
+
 def test_forces_are_compared_without_vanes_and_mass(start: FlightLog) -> None:
     """The force meter follows the path, at the mass of the loaded model."""
     model = aircraft_model("c172x")
@@ -109,17 +122,18 @@ def test_rising_air_is_no_cause_where_only_the_lift_would_show_it(start: FlightL
     assert {each.effect for each in layout.signatures} == {"lift_slope"}
 
 
-def test_without_vanes_a_lighter_airplane_is_one_of_mass_and_lift_slope(start: FlightLog) -> None:
-    """The rest that the prediction leaves in each force decides nothing between the two; with
-    vanes the log does.
+def test_without_vanes_a_lighter_airplane_is_one_of_mass_and_lift(start: FlightLog) -> None:
+    """The rest that the prediction leaves in each force decides nothing between them; with vanes
+    the log does.
     """
-    both = Catalog("effect", {name: EFFECTS[name] for name in ("mass", "lift_slope")})
+    alike = ("mass", "lift_slope", "zero_lift")
+    every = Catalog("effect", {name: EFFECTS[name] for name in alike})
     model = aircraft_model("c172x")
     assert model is not None
     light = replace(model, mass=1.2 * model.mass)  # of the sheet: the airplane is lighter than it
-    layout = lay_out(replace(start, header={}, **BARE), light, AnalysisSetting(), both)
+    layout = lay_out(replace(start, header={}, **BARE), light, AnalysisSetting(), every)
     (gap, *_) = fit_gaps([layout], [theoretical_distribution(layout)]).gaps
-    assert gap.causes["mass"] == gap.causes["lift_slope"] > 0.4
+    assert gap.causes["mass"] == gap.causes["lift_slope"] == gap.causes["zero_lift"] > 0.3
 
 
 def test_without_vanes_and_null_flights_gusts_may_make_a_moment(start: FlightLog) -> None:
@@ -128,7 +142,7 @@ def test_without_vanes_and_null_flights_gusts_may_make_a_moment(start: FlightLog
     told = []
     for log, counts in ((replace(start, **BARE), (0, 8)), (start, (0,))):
         layout = lay_out(replace(log, header={}), model, AnalysisSetting(), one)
-        moved = layout.without([layout.signatures[0].column], [-0.02])
+        moved = layout.without([layout.signatures[0].column], [-0.05])
         for flights in counts:
             fitted = fit_gaps([moved], [replace(theoretical_distribution(moved), flights=flights)])
             gap = next(each for each in fitted.gaps if each.member.name == "trim_offset")

@@ -187,7 +187,7 @@ def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline)
 MASS = AircraftEffect(
     name="mass",
     part="loading",
-    like_without_vanes="lift_slope",
+    like_without_vanes=True,
     parameters=(
         Parameter(
             "mass_kg",

@@ -182,7 +182,7 @@ class Effect:
     # looked for with vanes only: without them the lift alone shows it, as it shows what the form of
     # another term leaves
     by_vanes: bool = False
-    like_without_vanes: str = ""  # effect that no log without vanes separates from it
+    like_without_vanes: bool = False  # no log without vanes separates those that have it
     part_of: str = ""  # effect that it is for a part of the flight; only forms in time have it
     changes: tuple[str, ...] = ()  # channels that it needs and changes; it changes no others
     also: tuple[str, ...] = ()  # channels that it changes where the log has them

@@ -113,6 +113,7 @@ def _term(
         what=what,
         shows_in=shows_in,
         for_whole_flight=True,
+        like_without_vanes=axis == "LIFT",
         build=relative_change(
             lambda baseline: baseline.terms(axis, variable),
             f"of {axis.lower()} in {variable}",
@@ -137,6 +138,7 @@ LIFT_SLOPE = _term(
 ZERO_LIFT = AircraftEffect(
     name="zero_lift",
     part="lift, stability and damping",
+    like_without_vanes=True,
     parameters=(
         Parameter(
             "lift_coefficient", 0.05, -0.4, 0.4, "added lift coefficient at any angle of attack"

@@ -75,8 +75,9 @@ def flow_angles(track: Track) -> tuple[Array, Array]:
     """Return the angles of attack and sideslip [rad], (n,) each, of the vanes, else of the path.
 
     The path through the air is ground velocity less wind, in body axes (Klein and Morelli 2006, ch.
-    10). It does not show the gusts to which the airplane answers, so that its angles have a scale
-    of their own.
+    10). It does not show the gusts, which the airplane answers within seconds, so that the quick
+    changes of its angles have a scale of their own. The slow ones follow airspeed and load, and are
+    whole.
     """
     if all(name in track for name in VANES):
         return track["angle_of_attack"], track["sideslip"]
@@ -87,7 +88,10 @@ def flow_angles(track: Track) -> tuple[Array, Array]:
     forward, right, down = earth_to_body(through, *(track[name] for name in ATTITUDE))
     speed = np.sqrt(forward**2 + right**2 + down**2)
     angles = np.arctan2(down, forward), np.arcsin(right / np.maximum(speed, 1.0))
-    alpha, beta = ((1.0 + track[n]) * a for n, a in zip(PATH_SCALES, angles, strict=True))
+    alpha, beta = (
+        a + track[scale] * (a - smoothed(track, a, SLOW_WINDOW))
+        for scale, a in zip(PATH_SCALES, angles, strict=True)
+    )
     return alpha, beta
 
 

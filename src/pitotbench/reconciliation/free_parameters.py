@@ -33,10 +33,9 @@ BIAS = {  # rad and rad/s: vanes and attitude as usually rigged and aligned, and
     **dict.fromkeys(RATES, 0.001),
 }
 ANGLE_SCALE = {"angle_of_attack": 0.02, "sideslip": 0.02}  # share: upwash that was not calibrated
-# Share by which the angles of the path can be off in scale: the path does not show the gusts, to
-# which the airplane answers. Sideslip is mostly such an answer, so nothing is known of its scale;
-# the angle of attack also follows the airspeed.
-PATH_SCALE = dict(zip(PATH_SCALES, (0.3, 1.0), strict=True))
+# Share by which the quick changes of the angles of the path can be off: most of them are answers to
+# gusts, which the path does not show, so that nothing is known of their scale.
+PATH_SCALE = dict.fromkeys(PATH_SCALES, 1.0)
 # The free parameters of the vanes: the channel and the kind of each.
 VANE_PARAMETERS = {
     f"{name} {kind}": (name, kind) for name in ANGLE_SCALE for kind in ("bias", "scale")

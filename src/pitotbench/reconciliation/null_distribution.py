@@ -11,6 +11,7 @@ from pydantic import Field, TypeAdapter
 from pitotbench.effects import effect_of
 from pitotbench.reconciliation.cells import Cell
 from pitotbench.reconciliation.equations import noise_of_log, shortness_of
+from pitotbench.reconciliation.flight_path import is_without_vanes
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.signatures import FITTED, reads_gusts
@@ -147,7 +148,8 @@ def theoretical_distribution(layout: Layout) -> NullDistribution:
     which the log itself has to give, counts one half more. A short log knows its noise badly, so
     that it needs a larger Bayes factor.
     """
-    least, shortness = THRESHOLDS.gap_without_null_flights, shortness_of(layout)
+    usual, shortness = THRESHOLDS.gap_without_null_flights, shortness_of(layout)
+    least = THRESHOLDS.gap_of_path if is_without_vanes(layout.track) else usual
     if shortness > 1.0:
         least = THRESHOLDS.gap_of_short_log * shortness**2
     limit = float(np.sqrt(2.0 * least))  # the score of one size that shows a gap

@@ -184,11 +184,7 @@ class FoundGap:
 # between a formula and its term, and between an effect and a size of it that is looked for alone
 SEPARATOR = "|"
 CHANNEL_GROUPS = ("airspeed", "attitude", "specific_force", "acceleration", "engine", "turning")
-LIKE_WITHOUT_VANES = {
-    name: effect.like_without_vanes
-    for name, effect in FITTED.items()
-    if effect.like_without_vanes and lasts(name)
-}
+LIKE_WITHOUT_VANES = [n for n, effect in FITTED.items() if effect.like_without_vanes and lasts(n)]
 NOTHING = FittedHypothesis("", (), np.zeros(0))
 
 
@@ -303,7 +299,7 @@ class Regression:
         return self._with_shared_forms(_by_effect(gaps)), _by_effect([left])[0]
 
     def _with_shared_forms(self, gaps: Sequence[FoundGap]) -> list[FoundGap]:
-        """Gaps in which two effects that no log without vanes separates are equally probable.
+        """Gaps in which the effects that no log without vanes separates are equally probable.
 
         The rest that the prediction leaves in each force would decide between them.
         """
@@ -311,11 +307,10 @@ class Regression:
             return list(gaps)
         shared = list[FoundGap]()
         for gap in gaps:
-            forms = dict(gap.forms)
-            for one, other in LIKE_WITHOUT_VANES.items():
-                if {one, other} <= forms.keys() and gap.member.name in (one, other):
-                    forms[one] = forms[other] = 0.5 * (forms[one] + forms[other])
-            shared.append(replace(gap, forms=forms))
+            alike = [n for n in LIKE_WITHOUT_VANES if n in gap.forms]
+            mean = sum(gap.forms[name] for name in alike) / max(1, len(alike))
+            same = dict.fromkeys(alike, mean) if gap.member.name in alike else {}
+            shared.append(replace(gap, forms={**gap.forms, **same}))
         return shared
 
     def _with_more(self, gaps: list[FoundGap], refused: set[str]) -> list[FoundGap]:

@@ -168,9 +168,9 @@ def notes_of(
         yield "no aircraft model: sensors and air alone are judged, and no card is flown"
     if is_without_vanes(layout.track):
         yield (
-            "no vanes: the flow angles are those of the path through the mean wind; their scale is "
-            "free, so an equal change of all coefficients of one angle cannot be seen; mass and lift "
-            "slope trade without an angle of attack: either"
+            "no vanes: the flow angles are those of the path through the mean wind; the scale of "
+            "their quick changes, which gusts make as well, is free; mass, lift slope and zero lift "
+            "trade without an angle of attack: any of them"
         )
         if null.flights == 0:
             yield "no vane shows the gusts, and the controls answer them: no cause of a moment is named"

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-__version__ = "1.0.0"
+__version__ = "1.1.0"
 
 
 @cache  # to read the metadata of three packages takes a fifth of a short log's time

@@ -31,11 +31,11 @@ SETTING = AnalysisSetting(day_known=True, instruments_known=True)
 
 
 def stock_cards() -> Iterator[Case]:
-    """Yield the cards of which a table is shipped: those of the README and of the first example of
+    """Yield the cards of which a table is shipped: those of the README and of the examples of
     `docs/reconcile.md`, then every maneuver as it stands for two data systems; all in light
     turbulence.
     """
-    for maneuver in ("step_decrease", "race_track"):
+    for maneuver in ("step_decrease", "race_track", "circle"):
         yield Case(maneuver=maneuver, das=DataSystem(air_rate=20.0, gps_rate=1.0))
     for das, maneuver in product(("50/50", "20/1"), MANEUVERS):
         yield Case(maneuver=maneuver, das=data_system(das))

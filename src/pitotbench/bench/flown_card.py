@@ -48,11 +48,10 @@ def has_weather_report(header: Mapping[str, Any]) -> bool:
 def as_flown(card: Case, log: FlightLog) -> Case:
     """Return a card at the height and with the mass of a log.
 
-    What a header planned is not always what was flown.
-
-    The height is the median of the log's GPS height, to `HEIGHT_STEP`; fuel and ballast give the
-    first mass of the log, to `MASS_STEP`. What the log does not have, or has within half a step,
-    stays as the card says. Raises BadInputError where the mass is not that of the card's aircraft.
+    What a header planned is not always what was flown. The height is the median of the log's GPS
+    height, to `HEIGHT_STEP`; fuel and ballast give the first mass of the log, to `MASS_STEP`. What
+    the log does not have, or has within half a step, stays as the card says. Raises BadInputError
+    where the mass is not that of the card's aircraft.
     """
     if log.altitude is not None:
         steps = round((float(np.nanmedian(log.altitude)) - card.altitude) / HEIGHT_STEP)

@@ -218,11 +218,9 @@ def _judged(
 class FullReconciliation:
     """The reconciliation of logs: the answer, what it follows from, its account and its patch.
 
-    The account is for a report.
-
-    It shows itself in a notebook as its account does: in words, as a picture and as a table of the
-    causes. `logs` are those that were judged. `provenance`: the files and the choices behind the
-    answer, where the caller stated them.
+    The account is for a report. The record shows itself in a notebook as its account does: in
+    words, as a picture and as a table of the causes. `logs` are those that were judged.
+    `provenance`: the files and the choices behind the answer, where the caller stated them.
     """
 
     logs: tuple[JudgedLog, ...]
@@ -458,9 +456,8 @@ EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and iner
 def reported_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
     """Return what was said of the logs as they were read.
 
-    The log's name stands before it where there are several.
-
-    A warning that a named part explains is withdrawn: the answer names its cause.
+    The log's name stands before it where there are several. A warning that a named part explains is
+    withdrawn: the answer names its cause.
     """
     return tuple(
         text if len(logs) == 1 else Caution(f"{each.name}: {text}", getattr(text, "code", "log"))

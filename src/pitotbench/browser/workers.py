@@ -114,7 +114,7 @@ class Workers:
     async def ask(self, function: Callable[..., Any], *arguments: Any) -> AsyncGenerator[Any, None]:
         """Yield the replies to a question, a function of `work`, with their names.
 
-        Whoever stops to listen, or is canceled, ends the child; another takes its place.
+        Whoever stops listening, or is canceled, ends the child; another takes its place.
         """
         child, answered = await self._idle.get(), False
         try:

@@ -240,9 +240,8 @@ def _process(
     """The slow process of the wind, as estimated under one noise, (blocks, 2) [m/s]."""
     data, first = problem.regression, structure.model.error_count
     weighed = problem.noise_of(phi).weigh((data.response - data.regressors @ estimate)[:, None])
-    seen = (weighed * data.regressors[:, first : first + 2])[
-        : len(blocks.count)
-    ]  # the height sees no wind
+    # the rows of the height, which stand last, see no wind
+    seen = (weighed * data.regressors[:, first : first + 2])[: len(blocks.count)]
     memory = structure.priors.slow_wind_s
     return np.asarray(np.exp(2.0 * phi[3]) * correlated(blocks, memory, seen))
 

@@ -31,11 +31,8 @@ from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond, per
 
 # below it the along-track wind and the curve's level are one unknown
 _HEADING_SPREAD = 30.0 * DEGREE
-_SPEED_RATIO = {
-    1: 1.0,
-    2: 1.05,
-    3: 1.10,
-}  # number of terms to the ratio of impact pressures that they need
+# Number of terms to the ratio of impact pressures that they need.
+_SPEED_RATIO = {1: 1.0, 2: 1.05, 3: 1.10}
 _SPLINE_RATIO = 1.3  # the same for a model of more terms
 USELESS = 10.0 * KNOT  # a bound beyond this is no answer
 # Two legs, reciprocal ones too, leave the wind across them unknown.
@@ -64,8 +61,7 @@ def require_observable(model: PredictionModel, obs: Observations) -> None:
         raise NoAnswerError(
             f"the airspeed hardly changes (impact pressure {low:.0f} to {high:.0f} Pa): the model "
             f"{model.error.name!r} with {model.error_count} parameters needs a ratio of "
-            f"{needed:g}; "
-            "use --model bias, or fly a wider speed range"
+            f"{needed:g}; use --model bias, or fly a wider speed range"
         )
 
 
@@ -101,8 +97,7 @@ def require_useful(calibration: Calibration, log: FlightLog) -> None:
     if max(curve, 0.0 if line else wind) > USELESS:
         raise UndeterminedError(
             f"the log does not determine the answer: 2σ would be {curve / KNOT:.1f} kt on the "
-            "curve and "
-            f"{wind / KNOT:.1f} kt on the wind; {FLY_HEADINGS}, at every speed of interest"
+            f"curve and {wind / KNOT:.1f} kt on the wind; {FLY_HEADINGS}, at every speed of interest"
         )
 
 
@@ -213,9 +208,8 @@ def disagreements(
     if off > 0.0:
         words = (
             f"the samples near {at / KNOT:.0f} KIAS lie {off / KNOT:.1f} kt off the curve, more "
-            "than its bound and "
-            "their scatter allow: take a part of the flight (--from, --to), or another "
-            "--model"
+            "than its bound and their scatter allow: take a part of the flight (--from, --to), or "
+            "another --model"
         )
         found.append(Disagreement("samples", words, off, fatal=True))
     return tuple(found)
@@ -246,8 +240,8 @@ def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> 
     )
     words = (
         f"a fixed-speed point ({name}) at {point.indicated_airspeed / KNOT:.0f} KIAS gives "
-        f"{found}. The wind "
-        "changed between its legs, or the curve does not describe this part of the flight"
+        f"{found}. The wind changed between its legs, or the curve does not describe this part of "
+        "the flight"
     )
     finding = Disagreement("fixed_speed", words, abs(point.correction - value), fatal=False)
     return replace(calibration, disagreements=(*calibration.disagreements, finding))
@@ -499,10 +493,8 @@ def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) ->
         if departure > _FAR:
             text = (
                 f"the {prior.words} is found to be {value:.3g} {prior.unit}, {departure:.1f} "
-                "standard deviations "
-                f"of what was assumed ({prior.expected}): the bound may be too small; check the "
-                "log for slow "
-                "changes of the wind and for faulty channels"
+                f"standard deviations of what was assumed ({prior.expected}): the bound may be too "
+                "small; check the log for slow changes of the wind and for faulty channels"
             )
             found.append(Caution(text, "outside prior", size=float(value)))
     return found

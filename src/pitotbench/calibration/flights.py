@@ -43,13 +43,11 @@ _DISAGREE = 0.01  # probability of so much disagreement by chance: below it ther
 def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
     """Give reductions with one reference pressure the joint answer, and airspeeds common to all.
 
-    The airspeeds are indicated [m/s].
-
-    The logs are of one airplane. Each log is reduced separately. Its answer, as a Gaussian, is
-    information about the curve, the wind of that log and the nuisances. The unknowns of the
-    airplane (curve, errors of its sensors) are common to all logs; those of the day are separate. A
-    common prior counts once. The sum of the information is the joint fit of the linearized
-    problems.
+    The airspeeds are indicated [m/s]. The logs are of one airplane. Each log is reduced separately.
+    Its answer, as a Gaussian, is information about the curve, the wind of that log and the
+    nuisances. The unknowns of the airplane (curve, errors of its sensors) are common to all logs;
+    those of the day are separate. A common prior counts once. The sum of the information is the
+    joint fit of the linearized problems.
     """
     indicated = [air.calibrated_airspeed(each.observations.impact_pressure) for each in single]
     airspeeds = curve_airspeeds(np.concatenate(indicated))

@@ -182,13 +182,10 @@ def wind_from(wind: Array | list[float]) -> float:
 
 
 def answer_of_legs(velocity: Array) -> tuple[Array, float | None]:
-    """Return [V, W_N, W_E] [m/s] from the ground velocities of legs, (n, 2).
+    """Return [V, W_N, W_E] [m/s] from the ground velocities of legs, (n, 2), by their number.
 
-    The method is that of their number.
-
-    Further the spread of the answers of three among four.
-
-    Raises NoAnswerError for tracks that are too similar.
+    With it comes the spread of the answers of three among four legs, None for other numbers. Raises
+    NoAnswerError for tracks that are too similar.
     """
     answers = np.array([circle_fit(velocity[legs]) for legs in _circles(len(velocity))])
     spread = float(answers[:, 0].std(ddof=1)) if len(answers) > 1 else None

@@ -218,11 +218,10 @@ def _location(
 ) -> tuple[float, float]:
     """Return the share of the static source in the answer, and what its doubt adds.
 
-    The latter is a deviation, as a share of the difference between the locations.
-
-    They are those of the curve's calibration, which is made here where it is not given and the
-    height may tell. Without its evidence the static source is an assumption, and the difference is
-    one standard deviation.
+    The doubt is a deviation, as a share of the difference between the locations. Both are those of
+    the curve's calibration, which is made here where it is not given and the height may tell.
+    Without its evidence the static source is an assumption, and the difference is one standard
+    deviation.
     """
     location, probability = options.error_location, None
     fit: Calibration | Reduction | None = found

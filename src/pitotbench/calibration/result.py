@@ -277,10 +277,9 @@ def with_altitude(
 ) -> ErrorCurve:
     """Add the altitude correction [m] and its 2σ where the error is the static source's.
 
-    `total_source` is 2σ of the total source's share.
-
-    They are computed at the median of the log's static pressures. Where the place of the error is
-    `assumed`, there may be no error of the altitude at all, and the 2σ holds 0.
+    Both are computed at the median of the log's static pressures. Where the place of the error is
+    `assumed`, there may be no error of the altitude at all, and the 2σ holds 0. `total_source` is
+    2σ of the total source's share.
     """
     if not of.model.static_error:
         return curve

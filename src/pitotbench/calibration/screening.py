@@ -123,11 +123,9 @@ def _long_faults(
 ) -> Booleans:
     """Rows far from the good ones, and all rows of a second that is far from them.
 
-    A second is judged by the median (or mean) of its residuals.
-
-    They must also be far from the usual residual around them. A model that cannot follow the curve
-    gives residuals that change slowly; a fault is sudden. Where the seconds around scatter more
-    than usual, far is farther.
+    A second is judged by the median (or mean) of its residuals. Rows must also be far from the
+    usual residual around them. A model that cannot follow the curve gives residuals that change
+    slowly; a fault is sudden. Where the seconds around scatter more than usual, far is farther.
     """
     blocks = divide(obs, SECOND)
     level = blocks.mean(residual) if means else residual[_middle_rows(residual, blocks.index)]

@@ -56,14 +56,12 @@ def heading_rows(
 ) -> HeadingRows | None:
     """Compute the rows; None for a log without heading or straight flight.
 
-    `airspeed` (blocks,) is the true one.
-
-    They give the wind across the heading, without an airspeed. Without sideslip the velocity
-    through the air points along the heading, so the ground velocity across the heading is the wind
-    across it. A heading is a few degrees off, which at 60 m/s are meters a second. But most of this
-    error is the same over a log, follows the speed (the trim in sideslip) or drifts slowly (a
-    gyro), so the rows show whether the wind changed. Gusts hardly count: they turn the airplane's
-    path over the ground slowly.
+    The rows give the wind across the heading, without an airspeed. `airspeed` (blocks,) is the true
+    one. Without sideslip the velocity through the air points along the heading, so the ground
+    velocity across the heading is the wind across it. A heading is a few degrees off, which at 60
+    m/s are meters a second. But most of this error is the same over a log, follows the speed (the
+    trim in sideslip) or drifts slowly (a gyro), so the rows show whether the wind changed. Gusts
+    hardly count: they turn the airplane's path over the ground slowly.
     """
     if obs.heading is None:
         return None
@@ -126,11 +124,8 @@ STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
 # wind; from there to three it says nothing worth more than a mention (Kass and Raftery 1995).
 MIN_BAYES_FACTOR = 1.0 / 3.0
 _STEADY_SIZES = (1.0, 3.0)  # m/s (1σ) of each component, over the log
-_SIZES = (
-    0.4,
-    1.2,
-    3.6,
-)  # m/s, standard deviation of a component of the wind around its mean over the log
+# m/s, standard deviation of a component of the wind around its mean over the log
+_SIZES = (0.4, 1.2, 3.6)
 _MEMORIES = (60.0, 600.0)  # s of a drift: a wave, a steady change
 _LEAST_INTERVAL = 0.1  # s between rows: a wind that changes is slow
 _PERIODS = (160.0, 230.0, 330.0, 470.0)  # s, of a wave

@@ -13,6 +13,7 @@ from pitotbench.catalog import explain
 from pitotbench.records import BadInputError
 
 METHODS = ("random", "latin_hypercube")
+_EXTRAS = {"log", "whole"}
 _SPREADS = {"uniform": {"low", "high"}, "normal": {"mean", "sd"}, "choice": {"choose"}}
 
 
@@ -104,6 +105,3 @@ def _require_spread(name: str, spread: Mapping[str, Any]) -> None:
         raise BadInputError(
             f"draws of {name}: {dict(spread)} is no spread: low <= high, sd > 0, log above 0"
         )
-
-
-_EXTRAS = {"log", "whole"}

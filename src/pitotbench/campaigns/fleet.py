@@ -95,10 +95,8 @@ def _here() -> tuple[str, int]:
 class Limits:
     """The most that one task may use: `seconds` of wall time, `memory` bytes of its process.
 
-    No limit where it is None.
-
-    They do not hold in the process of the driver, since a task that breaks the limit of time ends
-    its process.
+    None is no limit. The limits do not hold in the process of the driver, since a task that breaks
+    the limit of time ends its process.
     """
 
     seconds: float | None = None
@@ -243,9 +241,7 @@ def _numbered(work: Callable[[T], R], task: tuple[int, T]) -> R:
 def _outcome(future: "Future[Any]") -> Any:
     """Return the result of a future that has ended, or the failure of its process.
 
-    An error outside of `attempt` means that the process died.
-
-    `attempt` catches all others.
+    `attempt` catches every error of a task, so one that arrives here means that the process died.
     """
     try:
         error = future.exception()

@@ -150,8 +150,8 @@ def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[
 def _entries(columns: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:
     """Give the names and values that a field of a plan sets, by its path.
 
-    A value in the plan's own unit, every column of a table, or an entry of a list of tables such as
-    `effects.0.parameters.latency_s`. A flight that lacks the field has None.
+    It is a value in the plan's own unit, every column of a table, or an entry of a list of tables
+    such as `effects.0.parameters.latency_s`. A flight that lacks the field has None.
     """
     below = [name for name in columns if name.startswith(f"{path}.")]
     first, _, deeper = path.partition(".")

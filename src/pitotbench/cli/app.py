@@ -200,7 +200,7 @@ _COLLECT_AFTER = 100_000  # new objects; Python's 700 suit a program that loads 
 def _prepare_process(outside: bool) -> None:
     """Let no terminal stop a command: neither an old one, nor one that is closed.
 
-    Spend no time on what helps none.
+    Collect garbage seldom: nearly all that a start makes stays.
 
     Of a command from `outside` this program, the warnings of Python and its libraries go to
     logging, where only `--debug` and the host's own settings show them. Their causes are for tests.

@@ -40,7 +40,7 @@ FLAGS = (
         nargs="+",
         type=Path,
         metavar="LOG",
-        help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
+        help="log (.csv, .xlsx, .igc, .ulg, .bin, .mat, .parquet …), or a folder or .zip of logs",
     ),
     *asked_flags(CalibrationRequest, CalibrationChoices),
     flag(

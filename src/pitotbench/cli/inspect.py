@@ -19,7 +19,7 @@ FLAGS = (
         "log",
         type=Path,
         metavar="LOG",
-        help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc), or a folder or .zip of logs",
+        help="log (.csv, .xlsx, .igc, .ulg, .bin, .mat, .parquet …), or a folder or .zip of logs",
     ),
     *asked_flags(CalibrationRequest, only=("mapping", "airspeed_sensor", *FACTS)),
     *shared("units", "json", "report"),

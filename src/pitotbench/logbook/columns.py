@@ -312,9 +312,8 @@ WARNINGS = "warnings"  # header entry: remarks made when the log was read or wri
 def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
     """Return the table of a header and a list of warnings.
 
-    Text that is not TOML is kept line by line.
-
-    It is warned of only where a line looks like TOML: the remarks that a recorder writes are none.
+    Text that is not TOML is kept line by line, and warned of only where a line looks like TOML: the
+    remarks that a recorder writes are none.
     """
     try:
         return toml_table(text), []

@@ -18,11 +18,8 @@ from pitotbench.records.calibration import (
 from pitotbench.units import Array
 
 _FEWEST = 3  # points of a curve that tell a scale from an offset
-_NO_PRESSURE = {
-    0: "no sensor",
-    13: "a water speed",
-    16: "an airspeed from outside",
-}  # ARSPD_TYPE without a pressure
+# ARSPD_TYPE without a pressure
+_NO_PRESSURE = {0: "no sensor", 13: "a water speed", 16: "an airspeed from outside"}
 _WITHOUT_OFFSET = 6  # ARSPD_TYPE of the SDP3X: ArduPilot holds its offset at zero
 
 

@@ -60,11 +60,8 @@ CHANNEL = {  # of a track, by the variable of a term
     **dict(zip("pqr", ("roll_rate", "pitch_rate", "yaw_rate"), strict=True)),
     **dict.fromkeys(("alpha", "alpha_rate"), "angle_of_attack"),
 }
-VARYING = (
-    *dict.fromkeys(CHANNEL.values()),
-    "sideslip",
-    *SURFACES,
-)  # variables whose errors stand in columns
+# variables whose errors stand in columns
+VARYING = (*dict.fromkeys(CHANNEL.values()), "sideslip", *SURFACES)
 PARTS = ("drag", "lift, stability and damping", "controls and trim")  # that the air alone shows
 
 

@@ -93,12 +93,8 @@ RESPONSE = 400  # instants after which an autoregression has forgotten an innova
 FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is reported
 SPEEDS = 25  # airspeeds at which the correction is reported
 TINY = 1e-30  # of a noise, so that it can be divided by
-DRAWN = (
-    "airspeed",
-    "bank",
-    "altitude",
-    "power",
-)  # variables over which the gap is drawn, in addition to acceleration
+# variables over which the gap is drawn, in addition to acceleration
+DRAWN = ("airspeed", "bank", "altitude", "power")
 # Where a person looks for a gap of a part: its channels, of which the clearest is drawn. Of other
 # parts, any.
 _AIRSPEED = ("airspeed_along",)

@@ -43,11 +43,8 @@ EVENT_TRIALS = 14  # times over the log at which an event is tried first: one ev
 # times the typical value of a shape that is not a time
 TRIAL_FACTORS = np.array([0.6, 0.8, 1.2, 1.4])
 HALVINGS = 3  # of the steps around the best shape
-LINEAR_WITHIN = {
-    "sensors": 0.1,
-    "air": 0.1,
-    "aircraft": 0.6,
-}  # change of a size, as a share, without a new signature
+# change of a size, as a share, without a new signature
+LINEAR_WITHIN = {"sensors": 0.1, "air": 0.1, "aircraft": 0.6}
 # of the typical size; signatures of smaller sizes would be differences of rounded numbers
 SMALLEST = 0.05
 

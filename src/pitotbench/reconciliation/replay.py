@@ -200,9 +200,8 @@ def properties_of_forces(baseline: Baseline) -> frozenset[str]:
 def added_forces(overlay: Overlay, units: UnitForces) -> Array:
     """Return the change of the reaction by an overlay of functions, (m, 12).
 
-    The engines do not answer to it.
-
-    It comes from unit forces: no force meter is needed for it.
+    The change comes from unit forces, so that no force meter is needed. The engines do not answer
+    to it.
     """
     properties: dict[str, Array | float] = {**units.properties, **dict(overlay.sizes)}
     changes = [

@@ -113,9 +113,8 @@ class FixedSpeedPoint:
 class PublishedCurve:
     """A handbook's airspeed calibration: calibrated by indicated airspeed [m/s], (n,) each.
 
-    A curve is that of one configuration.
-
-    Both grow. `source` is the file's name.
+    Both airspeeds grow along the curve, which is that of one configuration. `source` is the file's
+    name.
     """
 
     source: str
@@ -545,9 +544,7 @@ class Calibration(Shown):
         views().write_card(self, Path(path))
 
     def judge(self, rule: str = "auto") -> list[Any]:
-        """Return the judgments by a rule: `far23`, `far25`, `auto`, or your own.
-
-        Your own is such as `2%,3kt,30ft`.
+        """Return the judgments by a rule: `far23`, `far25`, `auto`, or your own (`2%,3kt,30ft`).
 
         Each has the `rule`, its margins and a `sentence`. Raises BadInputError for another rule.
         """

@@ -270,7 +270,7 @@ class Provenance:
 class FlightSummary:
     """A flight of a folder: its file, and the file's refusal, empty for one that was read.
 
-    Further its moment as the log states it, its airplane, its length [s] and the 5 % and 95 %
+    It also has its moment as the log states it, its airplane, its length [s] and the 5 % and 95 %
     quantiles of its indicated airspeed [m/s]. `strange`: it was not read for its names, which a
     mapping can tell.
     """

@@ -165,7 +165,7 @@ class Verdict:
 
     @property
     def alternatives(self) -> tuple[tuple[str, ...], ...]:
-        """For each of these, the names of the others in the set that holds it."""
+        """For each of `effects`, the names of the others in the set that holds it."""
         return tuple(tuple(c.name for c in gap.causes[1:]) for gap in self.explained)
 
     @property
@@ -187,9 +187,7 @@ class Verdict:
 class OwnSize:
     """The size of an effect that one flight shows by itself.
 
-    `distance` [σ] is that from the size of the others.
-
-    `distance` is None where no other flight shows the effect.
+    `distance` [σ] is that from the size of the others, None where no other flight shows the effect.
     """
 
     effect: str

@@ -188,10 +188,9 @@ def fly(
 ) -> Flight:
     """Fly a case, or the usual case of a maneuver by its name, and return the truth.
 
-    The truth has the case's rate of integration.
-
-    A case that states no error curve has the usual one at the speeds of its aircraft (see
-    `with_usual_curve`), which `Flight.case` then holds.
+    The truth is recorded at the case's rate of integration. A case that states no error curve has
+    the usual one at the speeds of its aircraft (see `with_usual_curve`), which `Flight.case` then
+    holds.
 
     One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's;
     it jumps where a set-up between speeds was flown unrecorded. `progress(seconds, label)` is
@@ -211,12 +210,12 @@ def fly(
     case = with_usual_curve(case)
     overlay = overlay_of(case)
     card = card_of(case)
-    air = Air.of(case, overlay.temperature_offset)
+    day = Air.of(case, overlay.temperature_offset)
     pilot = PILOTS[case.pilot]
     added = overlay + ballast_overlay(case.aircraft, case.ballast)
     plant = Plant.load(case.aircraft, case.integration_rate, added)
     load_fuel(plant, case.fuel)
-    plant.start(case.altitude, card.speeds[0], air=air)
+    plant.start(case.altitude, card.speeds[0], air=day)
     # Truth seed: the same one drives the pilot and, through the air, the turbulence.
     targets = Targets(card.speeds[0], 0.0, case.altitude)
     cockpit = Cockpit(plant, card, targets, pilot(plant, case.truth_seed))

@@ -55,11 +55,10 @@ ENGINE_KINDS = {
 def attach(source: Path) -> Path:
     """Return the folder of an aircraft with the bench's autopilot.
 
-    `source` is a JSBSim file or its folder.
-
-    It is made the first time, which takes seconds, and kept in the cache under a digest of all
-    files. It is made again where another process has deleted it. Raises BadInputError for files
-    that are not taken, SimulationError for an aircraft that cannot be flown.
+    `source` is a JSBSim file or its folder. The folder is made the first time, which takes seconds,
+    and kept in the cache under a digest of all files. It is made again where another process has
+    deleted it. Raises BadInputError for files that are not taken, SimulationError for an aircraft
+    that cannot be flown.
     """
     if not source.exists():
         raise BadInputError(f"{source}: no such aircraft file or folder")

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench.records.aircraft import StepResponse
+from pitotbench.simulation.pilot import AIRSPEED_HOLD, ALTITUDE_BY_PITCH, BANK_HOLD
 from pitotbench.simulation.plant import Plant
 from pitotbench.units import DEGREE, FOOT, KNOT
 
@@ -26,12 +27,22 @@ class StepCommand:
 
 
 STEPS = (
-    StepCommand("roll", "bank_target", ("lateral_mode", 2.0), 20.0 * DEGREE, "°", DEGREE, 15.0),
-    StepCommand("altitude", "altitude_target", ("pitch_mode", 1.0), 100.0 * FOOT, "ft", FOOT, 60.0),
+    StepCommand(
+        "roll", "bank_target", ("lateral_mode", BANK_HOLD), 20.0 * DEGREE, "°", DEGREE, 15.0
+    ),
+    StepCommand(
+        "altitude",
+        "altitude_target",
+        ("pitch_mode", ALTITUDE_BY_PITCH),
+        100.0 * FOOT,
+        "ft",
+        FOOT,
+        60.0,
+    ),
     StepCommand(
         "calibrated_airspeed",
         "airspeed_target",
-        ("throttle_mode", 1.0),
+        ("throttle_mode", AIRSPEED_HOLD),
         5.0 * KNOT,
         "kt",
         KNOT,

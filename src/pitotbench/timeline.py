@@ -58,8 +58,8 @@ def in_outage(time: Seconds, fresh: Booleans) -> Booleans:
 
     `fresh` (n,) marks its new samples.
 
-    A hold is too long where it lasts longer than `OUTAGE_SECONDS`, and than `OUTAGE_SAMPLES` times what
-    nearly all samples of this sensor are held for. So a slow sensor, one that loses samples at
+    A hold is too long where it lasts longer than `OUTAGE_SECONDS`, and than `OUTAGE_SAMPLES` times
+    what nearly all samples of this sensor are held for. So a slow sensor, one that loses samples at
     random, and a coarse one that often repeats a value have no outage. A pause of the recording is
     none. Rows with a new sample are in no outage. A sensor without two new samples is in outage
     throughout.

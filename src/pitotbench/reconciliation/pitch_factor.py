@@ -52,7 +52,8 @@ def around_sizes(
 
     `shown` are the sizes of all columns, (m,), those of the `pitching` columns times the factor.
 
-    The evidence is linearized in both, because the factor multiplies what is changed of a term as well.
+    The evidence is linearized in both, because the factor multiplies what is changed of a term as
+    well.
     """
     column = _sum_of_terms(labels, evidence)
     left = evidence.without(column, deviation).inner

@@ -11,14 +11,16 @@ import pytest
 from tests.calibration import static_flights
 from tests.calibration import trajectories as fixture
 
-from pitotbench import air
-from pitotbench.calibration import calibrate
+from pitotbench import BadInputError, NoAnswerError, air
+from pitotbench.broken import BROKEN
+from pitotbench.calibration import _named_cause, calibrate
 from pitotbench.calibration.fit_checks import _nuisances_outside, judge_curve
 from pitotbench.calibration.nuisances import Nuisance
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.estimation.mixture import Posterior
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
+from pitotbench.records.log import Caution
 from pitotbench.units import KNOT
 
 SPEED = np.linspace(100.0, 160.0, 7) * KNOT
@@ -161,3 +163,14 @@ def test_an_estimate_that_the_log_does_not_size_is_told_without_a_size():
     (told,) = _nuisances_outside(structure, answer)
     assert "lies beyond the ±1 s (2σ) that is assumed; the log does not tell by how much" in told
     assert "33" not in told
+
+
+def test_a_broken_sensor_that_the_reading_found_is_the_cause_of_no_answer():
+    log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(), seed=1)
+    usual = CalibrationOptions()
+    told = Caution("the static pressure stands still: the port is closed", BROKEN)
+    broken = replace(log, header={"warnings": (Caution("a remark", "log"), told)})
+    with pytest.raises(BadInputError, match="the port is closed"), _named_cause([broken], usual):
+        raise NoAnswerError("the bound is 20 kt")
+    with pytest.raises(NoAnswerError, match="20 kt"), _named_cause([log], usual):
+        raise NoAnswerError("the bound is 20 kt")

@@ -13,6 +13,7 @@ from pitotbench.calibration.flights import _parts as parts_of
 from pitotbench.calibration.flights import of_one_log
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration, OneSided
+from pitotbench.show.calibration_json import flight_json
 
 WIND = np.array([6.0, -5.0])  # m/s by which the second flight meets more
 
@@ -56,6 +57,8 @@ def test_two_flights_a_short_stop_apart_have_a_wind_each(between):
         log = joined(first, later(second, first, float(between.split()[2])))
     found = calibrate_flights([log], options_of())
     assert [(each.number, each.count) for each in found] == [(1, 2), (2, 2)]
+    assert flight_json(found[1])["flight"]["number"] == 2
+    assert flight_json(replace(found[0], count=1, joined=1)) == {}  # the only flight of its log
     winds = [each.calibration.known_wind for each in found]
     more = [winds[1].north.value - winds[0].north.value, winds[1].east.value - winds[0].east.value]
     np.testing.assert_allclose(more, WIND, atol=1.0)

@@ -19,6 +19,7 @@ from pitotbench.records.case import (
     EffectSpec,
     PressureErrorSpec,
     Wind,
+    broken_rules,
     possible_rates,
     rate_problem,
     rates_for,
@@ -195,3 +196,9 @@ def test_a_tick_of_the_card_is_a_whole_number_of_steps_and_the_message_says_what
         "integrate the flight at 40 or 60 or 80 or 100 Hz"
     )
     assert "not at 30 Hz" in str(rate_problem(30.0))
+
+
+def test_a_number_in_a_list_of_tables_obeys_the_rules_as_any_other():
+    tree = {"effects": [{"name": "pitot_lag", "parameters": {"lag_s": float("inf")}}]}
+    (told,) = broken_rules(tree, ".".join)
+    assert told == "effects.0.parameters.lag_s: must be a finite number, not inf"

@@ -63,6 +63,7 @@ def test_a_picture_can_share_the_axes_of_the_caller(result):
     axes = Figure().subplots()
     assert result.plot(axes) is axes.figure
     assert len(axes.lines) > 1
+    assert axes.get_legend() is not None  # it names curve and bound
 
 
 def test_what_has_no_view_is_told(tmp_path):

@@ -330,6 +330,10 @@ def test_a_newer_choice_gives_an_older_question_up() -> None:
         assert [each[1].begin for each in workers.asked] == ["", "49:00"]
         assert [each[1].begin for each in workers.over] == ["49:00"]
         assert desk.status == ""
+        desk.leave_out = True
+        desk.brush("50:00", "51:00")
+        await asyncio.sleep(0.3)
+        assert workers.asked[-1][1].without == ("50:00-51:00",)
         desk.close()
 
     asyncio.run(run())

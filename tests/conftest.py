@@ -73,7 +73,7 @@ LONGEST = (
     "tests/campaigns/test_store.py",
     "tests/campaigns/test_flights.py",
     "tests/simulation/test_effects_flown.py",
-    "tests/models/test_terms.py",
+    "tests/lab/recovery/test_terms.py",
     "tests/show/test_gap_report.py",
     "tests/cli/test_several_flights.py",
     "tests/logbook/test_drafting.py",
@@ -87,7 +87,7 @@ LONGEST = (
     "tests/calibration/test_broken_pitots.py",
     "tests/cli/test_cli.py",
     "tests/logbook/test_real_logs.py",
-    "tests/reconciliation/test_path_flow.py",
+    "tests/lab/recovery/test_path_flow.py",
 )
 
 

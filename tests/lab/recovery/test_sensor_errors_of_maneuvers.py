@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from tests.models.test_terms import _maneuver, _reconciled
+from tests.lab.recovery.test_terms import _maneuver, _reconciled
 
 
 def test_errors_of_the_sensors_are_no_weaker_airplane():

@@ -16,7 +16,7 @@ from pitotlab.house import ROOT
 S_TURN = '''
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LabSTurnCard(Card):
+class LabTurnsCard(Card):
     """Ours: half a circle to one side and half a circle to the other at each speed."""
 
     speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt", decreasing=True)
@@ -27,7 +27,7 @@ class LabSTurnCard(Card):
     settle: float = quantity(8.0, "s")
 
 
-def fly_lab_s_turn(cockpit: Cockpit, card: LabSTurnCard) -> Ticks:
+def fly_lab_turns(cockpit: Cockpit, card: LabTurnsCard) -> Ticks:
     """Fly the card: at each speed set up unrecorded, then turn to the right and to the left."""
     for speed in card.speeds:
         yield from set_up(cockpit, speed, card.heading)
@@ -38,7 +38,7 @@ def fly_lab_s_turn(cockpit: Cockpit, card: LabSTurnCard) -> Ticks:
             cockpit.begin(f"circle {what}", *JUDGED)
             yield from sweep(cockpit, pi, bank)
 '''
-S_TURN_ROW = '    Maneuver("lab_s_turn", turns.LabSTurnCard(), turns.fly_lab_s_turn, None, "circle", turns.JUDGED),\n'
+S_TURN_ROW = '    Maneuver("lab_turns", turns.LabTurnsCard(), turns.fly_lab_turns, None, "circle", turns.JUDGED),\n'
 WING_ICE = """
 
 WING_ICE = AircraftEffect(
@@ -120,8 +120,8 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     _append(maneuvers / "turns.py", S_TURN)
     _insert(maneuvers / "__init__.py", S_TURN_ROW, before=")\n\nMANEUVERS = Catalog(")
     case = product / "records" / "case.py"
-    _insert(case, '        "lab_s_turn",\n', before='        "diagnostic",\n    ],')
-    row = "| `lab_s_turn` | half circles to both sides; 160, 130, 100 KCAS | 5.0 | | |\n"
+    _insert(case, '        "lab_turns",\n', before='        "diagnostic",\n    ],')
+    row = "| `lab_turns` | half circles to both sides; 160, 130, 100 KCAS | 5.0 | | |\n"
     _insert(copy / "docs" / "howto" / "plan-a-flight.md", row, before="| `cloverleaf` | three")
 
     _append(product / "effects" / "airframe.py", WING_ICE)
@@ -136,7 +136,7 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     _insert(copy / "docs" / "log.md", row, before="| IGC of a glider's recorder")
     (copy / "tests" / "logbook" / "test_pairs.py").write_text(READER_TEST, encoding="utf-8")
 
-    entries = "`lab_s_turn`, `wing_ice` and logs of pairs.\n\n"
+    entries = "`lab_turns`, `wing_ice` and logs of pairs.\n\n"
     _insert(copy / "docs" / "CHANGELOG.md", entries, before="`fixed-speed`: legs of a card may")
     assert _run(copy, "pitotlab", "tables") == ""  # what `make docs-tables` runs
     yield copy
@@ -172,7 +172,7 @@ def _run_tests(copy: Path, *arguments: str) -> str:
 
 def test_a_maneuver_of_the_checklist_passes_the_tests_of_the_table(extended: Path) -> None:
     files = ("tests/simulation/test_maneuvers.py", "tests/campaigns/test_flights.py")
-    assert _run_tests(extended, *files, "-k", "lab_s_turn") == ""
+    assert _run_tests(extended, *files, "-k", "lab_turns") == ""
 
 
 def test_an_effect_of_the_checklist_passes_the_tests_of_the_table(extended: Path) -> None:

@@ -105,7 +105,7 @@ def test_a_step_of_the_impact_pressure_within_a_speed_is_told_with_its_time(name
     """It was silent and 5 to 7 times beyond the bound. Of the good log nothing is said."""
     says = judge(FAULTS[name] if name else Mistake("none", lambda t: t, ()), wind="checked").says
     told = re.search(
-        r"impact pressure seems to change by ([+-]\d+)% from (\d):(\d\d) of the rows used on", says
+        r"impact pressure seems to change by ([+-]\d+) % from (\d):(\d\d) of the rows used on", says
     )
     if name is None:
         assert says == ""

@@ -67,7 +67,7 @@ LONGEST = (
     "tests/cli/test_refusals.py",
     "tests/test_pages_run.py",
     "tests/logbook/test_field_cases.py",
-    "tests/reconciliation/test_closing.py",
+    "tests/lab/recovery/test_closing.py",
     "tests/reconciliation/test_naming.py",
     "tests/campaigns/test_campaign.py",
     "tests/campaigns/test_store.py",

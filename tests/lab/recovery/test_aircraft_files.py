@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.models.test_comparison import OLD, edited
+from tests.lab.recovery.test_comparison import OLD, edited
 
 from pitotbench import Case, fly
 from pitotbench.models.comparison import compare_models

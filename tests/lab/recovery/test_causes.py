@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 import pytest
+from tests.lab.recovery.test_formula import judged
 from tests.reconciliation.outside_table import flown
-from tests.reconciliation.test_formula import judged
 from tests.reconciliation.test_naming import FEW, LACKING
 from tests.reconciliation.test_naming import judged as judged_alone
 

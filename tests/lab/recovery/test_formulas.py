@@ -5,8 +5,8 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
+from tests.lab.recovery.test_formula import SETTING, judged
 from tests.reconciliation.outside_table import OUTSIDERS, flown
-from tests.reconciliation.test_formula import SETTING, judged
 
 from pitotbench.bench.workflow import formula_of, patch_of
 from pitotbench.models.aircraft_model import aircraft_model

@@ -120,11 +120,13 @@ def test_what_may_stand_above_and_spaces_around_names_and_flags_as_numbers(read,
 
 def test_a_true_airspeed_with_a_total_temperature_has_the_mach_number_of_both(tmp_path):
     """T_t = T (1 + 0.2 M²) and q_c = p ((1 + 0.2 M²)^3.5 − 1): the temperature of the air is not asked."""
-    time = np.arange(0.0, 60.0, 0.1)
-    mach, static, cold = 0.3 + 0.001 * time, 70_000.0, 265.0
+    time = np.arange(0.0, 120.0, 0.1)
+    # In a circle: straight and evenly faster, time and airspeed are one to the checks of a log.
+    mach, static, cold = 0.3 + 0.03 * np.sin(0.2 * time), 70_000.0, 265.0
     total = cold * (1.0 + 0.2 * mach**2)
     speed = mach * np.sqrt(1.4 * 287.05287 * cold)
-    rows = np.column_stack([time, speed, np.full_like(time, static), total, speed, 0.0 * time])
+    north, east = speed * np.cos(0.1 * time), speed * np.sin(0.1 * time)
+    rows = np.column_stack([time, speed, np.full_like(time, static), total, north, east])
     names = "time_s,true_airspeed_mps,static_pressure_pa,total_temperature_k,velocity_north_mps,velocity_east_mps"
     path = tmp_path / "flight.csv"
     np.savetxt(path, rows, delimiter=",", header=names, comments="")

@@ -24,7 +24,7 @@ from pitotbench.logbook.spreadsheet import read_xlsx
 from pitotbench.models.maneuver_model import in_place_of_log
 from pitotbench.models.sidpac import read_identification
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.show.style import BLUE, GREY, Mark, band, bars, canvas, drawing, frame, line
+from pitotbench.show.style import BLUE, GRAY, Mark, band, bars, canvas, drawing, frame, line
 from pitotbench.units import FOOT, KNOT, Array, Booleans
 from pitotlab.real_logs import (
     AWAY,
@@ -325,8 +325,8 @@ def _verdict(held: Held) -> str:
 def _draw(held: Held, path: Path) -> None:
     label = "truth, and how far it may be off"
     known: list[Mark] = [
-        band(held.at, held.truth - held.doubt, held.truth + held.doubt, color=GREY),
-        line(held.at, held.truth, color=GREY, label=label),
+        band(held.at, held.truth - held.doubt, held.truth + held.doubt, color=GRAY),
+        line(held.at, held.truth, color=GRAY, label=label),
     ]
     if len(held.at) == 1:
         known = [
@@ -334,7 +334,7 @@ def _draw(held: Held, path: Path) -> None:
                 held.at,
                 held.truth,
                 held.doubt,
-                color=GREY,
+                color=GRAY,
                 label=label,
                 marker="s",
                 lw=6.0,

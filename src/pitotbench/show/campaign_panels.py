@@ -14,8 +14,8 @@ from pitotbench.show.curves import AIRSPEED, CORRECTION, MANEUVER_COLORS
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
+    GRAY,
     GREEN,
-    GREY,
     INK,
     NARROW,
     ORANGE,
@@ -35,7 +35,7 @@ from pitotbench.show.words import words
 if TYPE_CHECKING:
     import pandas as pd
 
-_SYSTEM_COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)
+_SYSTEM_COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GRAY)
 _TITLE = "How well the curve is known, and after how long"
 _LARGE = (4.8, 3.3)  # in: it shrinks to a phone
 _APART = 0.014  # in ln of the minutes, between data systems of one maneuver
@@ -113,7 +113,7 @@ def _name_maneuvers(axes: Axes, rows: Sequence[dict[str, Any]]) -> None:
         levels = [y for a, y in written if abs(a - at) < _NAME_WIDTH * (high - low)]
         y = max([*near, *(level + height for level in levels)]) + 0.5 * height * (not levels)
         written.append((at, y))
-        axes.vlines(np.exp(at), top, y, color=GREY, lw=0.5, ls=":")
+        axes.vlines(np.exp(at), top, y, color=GRAY, lw=0.5, ls=":")
         axes.annotate(
             f"{words(name)}, {np.exp(at):.1f} min",
             (float(np.exp(at)), y),

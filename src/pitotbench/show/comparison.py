@@ -8,7 +8,7 @@ from pitotbench.show.columns import Column, json_rows, with_minus_signs
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
-    GREY,
+    GRAY,
     WIDE,
     Panel,
     broken,
@@ -200,7 +200,7 @@ def change_panels(found: ModelComparison, units: Units = BENCH) -> list[Panel]:
     right = 1.6 * max(*shares, 0.0) or 1.0
     draw = drawing(
         lambda axes: axes.barh(
-            rows, shares, height=0.6, color=[GREY if c.growth is None else BLUE for c in channels]
+            rows, shares, height=0.6, color=[GRAY if c.growth is None else BLUE for c in channels]
         ),
         *(
             written(max(share, 0.0), row, _bar_words(each))

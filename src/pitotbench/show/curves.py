@@ -18,8 +18,8 @@ from pitotbench.show.limits import AUTO, Limit, limit_for
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
+    GRAY,
     GREEN,
-    GREY,
     INK,
     ORANGE,
     PALE,
@@ -166,7 +166,7 @@ def parts_panels(log: FlightLog | None, result: Calibration, units: Units = BENC
 
     def drawn(values: Array, x: str, y: str) -> Mark:
         return drawing(
-            line(*thin(time, values), color=GREY, lw=0.8, label="left out"),
+            line(*thin(time, values), color=GRAY, lw=0.8, label="left out"),
             *(line(*thin(time[rows], values[rows]), label="used") for rows in used),
             frame(x, y),
         )
@@ -260,7 +260,7 @@ def residual_panels(result: Calibration, units: Units = BENCH) -> list[Panel]:
         lambda axes: axes.grid(axis="x", visible=False),
     )
     over_time = drawing(
-        line(time / 60.0, value, color=GREY, lw=0.5),
+        line(time / 60.0, value, color=GRAY, lw=0.5),
         level(bound, color=RED, lw=1.2, ls="--"),
         level(-bound, color=RED, lw=1.2, ls="--", label=of_residual),
         frame("time [min]", "measured − predicted [kt]"),
@@ -268,7 +268,7 @@ def residual_panels(result: Calibration, units: Units = BENCH) -> list[Panel]:
     correlation = drawing(
         stripe(-white, white, label="95 % band of white noise"),
         lambda axes: axes.vlines(lags, 0.0, values, color=BLUE, lw=1.5),
-        level(0.0, color=GREY),
+        level(0.0, color=GRAY),
         frame("lag [s]", "correlation of 1 s means", ylim=(-0.6, 1.05)),
     )
     return [
@@ -297,7 +297,7 @@ def residual_autocorrelation(result: Calibration) -> tuple[Array, Array, int]:
     return np.array(lags, dtype=np.float64), np.array(values), int((count > 0).sum())
 
 
-MANEUVER_COLORS = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, GREY)
+MANEUVER_COLORS = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, GRAY)
 LARGE = (7.0, 4.4)  # in
 _MOST_POINTS = 20_000  # more cannot be distinguished
 
@@ -351,7 +351,7 @@ def over_dates_panels(found: OverDates, units: Units = BENCH) -> list[Panel]:
     if found.change is not None:
         before, after = dates[found.change.first - 1 : found.change.first + 1]
         middle, label = float(0.5 * (before + after)), "the correction changed"
-        marks.append(lambda axes: axes.axvline(middle, color=GREY, ls="--", label=label))
+        marks.append(lambda axes: axes.axvline(middle, color=GRAY, ls="--", label=label))
     draw = drawing(level(0.0), *marks, frame("date (UTC)", "correction [kt]"), _dated)
     return [panel(title, draw, units=units)]
 

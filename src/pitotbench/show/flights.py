@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from pitotbench.records.flight import Flight
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
-    GREY,
+    GRAY,
     NARROW,
     ORANGE,
     RED,
@@ -81,7 +81,7 @@ def _history_panel(flight: Flight, history: _History, tolerance: float, units: U
     time, value, on = broken(*thin(minutes, values, flight.on_condition.astype(np.float64)))
     label = f"tolerance ±{with_unit(f'{half:.3g}', history.unit)}"
     draw = drawing(
-        line(time, value, color=GREY, lw=0.8),
+        line(time, value, color=GRAY, lw=0.8),
         line(time, np.where(on > 0.5, value, np.nan), label="on condition"),
         *(
             band(minutes[piece], middle - half, middle + half, color=ORANGE, label=label)
@@ -101,7 +101,7 @@ def track_marks(flight: Flight) -> list[Mark]:
     on = flight.on_condition.astype(np.float64)
     _, x, y, on = broken(*thin(flight["time"], east, north, on))
     return [
-        line(x, y, color=GREY, lw=0.8, label="flown"),
+        line(x, y, color=GRAY, lw=0.8, label="flown"),
         line(np.where(on > 0.5, x, np.nan), y, lw=1.8, label="on condition"),
         partial(_draw_wind, flight=flight),
         ground,

@@ -19,8 +19,8 @@ from pitotbench.records.verdict import Located
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
+    GRAY,
     GREEN,
-    GREY,
     INK,
     NARROW,
     ORANGE,
@@ -141,7 +141,7 @@ def waterfall_panels(account: Account, _: Units = BENCH) -> list[Panel]:
 
     steps = range(len(remaining))
     taken = -np.diff(remaining)
-    colors, labels = [GREY, *[GREEN] * len(taken)], ["_", "remaining", *["_"] * len(taken)]
+    colors, labels = [GRAY, *[GREEN] * len(taken)], ["_", "remaining", *["_"] * len(taken)]
     draw = drawing(
         lambda axes: axes.barh(
             steps, remaining, color=colors, height=0.6, label=labels[: len(remaining)]
@@ -301,7 +301,7 @@ def telling_panels(telling: TellingChannel, units: Units = BENCH) -> list[Panel]
     far = np.where(telling.marked, 1.0, np.nan)
     largest = "largest quarter of the gap"
     over_ground = drawing(
-        line(*thin(east, north), color=GREY, lw=1.0, label="ground track"),
+        line(*thin(east, north), color=GRAY, lw=1.0, label="ground track"),
         line(*thin(east * far, north * far), color=RED, lw=3.0, label=largest),
         dots(east[:1], north[:1], marker="o", ms=5),
         frame("east of the start [nmi]", "north of the start [nmi]"),

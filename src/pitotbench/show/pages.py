@@ -21,7 +21,7 @@ from pitotbench.show.record import record_page
 from pitotbench.show.renderers import html_of
 from pitotbench.show.style import (
     BLUE,
-    GREY,
+    GRAY,
     ORANGE,
     Mark,
     Panel,
@@ -239,7 +239,7 @@ def aircraft_panels(check: AircraftCheck, units: Units = BENCH) -> list[Panel]:
 def _trim(found: Attached, values: Sequence[float], label: str) -> Mark:
     return drawing(
         line(found.speed_kt, values, marker="o", ms=3.5),
-        lambda axes: axes.axvline(found.stall_kt, color=GREY, lw=1.0, ls="--", label="stall speed"),
+        lambda axes: axes.axvline(found.stall_kt, color=GRAY, lw=1.0, ls="--", label="stall speed"),
         frame("calibrated airspeed [kt]", label),
     )
 
@@ -251,6 +251,6 @@ def _response(quantity: str, every: Sequence[StepResponse]) -> Mark:
             line(step.time, step.change, color=color, label=f"at {step.speed_kt:.0f} KCAS")
             for step, color in zip(steps, (BLUE, ORANGE), strict=False)
         ),
-        level(steps[0].step, color=GREY, lw=1.0, ls="--", label="asked for"),
+        level(steps[0].step, color=GRAY, lw=1.0, ls="--", label="asked for"),
         frame("time [s]", f"change of {words(quantity)} [{steps[0].unit}]"),
     )

@@ -10,8 +10,8 @@ from pitotbench.show.plan import card_name
 from pitotbench.show.reader_units import BENCH, Units
 from pitotbench.show.style import (
     BLUE,
+    GRAY,
     GREEN,
-    GREY,
     ORANGE,
     PALE,
     PURPLE,
@@ -127,7 +127,7 @@ def _named_dots(
     """
     marks: list[Mark] = []
     for row, each in enumerate(rows):
-        color = BLUE if each in (plan.best, plan.improved) else GREY
+        color = BLUE if each in (plan.best, plan.improved) else GRAY
         fill = color if _is_allowed(plan, each) else "white"
         spread = 0.0 if spreads is None else spreads[row]
         ends = (values[row] - spread, values[row] + spread)

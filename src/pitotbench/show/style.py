@@ -30,7 +30,7 @@ BLUE, ORANGE, GREEN, RED, SKY, PURPLE = (
     "#56B4E9",
     "#CC79A7",
 )
-INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
+INK, GRAY, PALE = "#222222", "#777777", "#DDDDDD"
 WIDE = (4.6, 2.9)  # in, width and height: two panels a row of a desktop page
 NARROW = (3.6, 2.5)  # in: three panels a row
 Mark = Callable[[Axes], object]  # a part of a picture: what draws it on axes
@@ -109,7 +109,7 @@ def line(x: Any, y: Any, *, color: str = BLUE, label: str = "", **look: Any) -> 
 
 
 def dots(
-    x: Any, y: Any, *, color: str = GREY, label: str = "", marker: str = ".", **look: Any
+    x: Any, y: Any, *, color: str = GRAY, label: str = "", marker: str = ".", **look: Any
 ) -> Mark:
     """Values over others, (n,) each, without a line."""
     return line(x, y, color=color, label=label, ls="none", marker=marker, **look)

@@ -19,7 +19,7 @@ from traceback import format_exception
 from typing import Any, TypeVar
 
 from pitotbench.campaigns.cluster import open_cluster
-from pitotbench.campaigns.progress import progress
+from pitotbench.campaigns.progress import Step, progress
 from pitotbench.campaigns.worker_pool import LostWorkError, WorkerPool
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
@@ -27,7 +27,6 @@ from pitotbench.records.process import limit_process
 
 T = TypeVar("T")
 R = TypeVar("R")
-Step = Callable[[], None]
 
 MOST_LOST_AT_FIRST = 10  # processes that die before any task has ended: no worker works
 MOST_IN_BUNDLE = 16  # tasks that are submitted as one call, however short they are

@@ -51,7 +51,7 @@ from pitotbench.show.tree import (
 )
 from pitotbench.show.words import capital, with_unit
 from pitotbench.timeline import minutes_text
-from pitotbench.units import KNOT, MetersPerSecond
+from pitotbench.units import KNOT, MetersPerSecond, percent_text
 
 _MOST_WINDS = 12  # rows, so that the record of a long flight keeps to two pages
 
@@ -262,7 +262,7 @@ def _fit(result: Calibration) -> Iterator[str]:
     if sizes := result.diagnostics.departures:
         yield (
             "departure of the curve from level, slope and a part in 1/q_ci, rms in Δp/q_c, with its "
-            f"probability: {', '.join(f'{size} with {100 * p:.0f} %' for size, p in sizes.items())}"
+            f"probability: {', '.join(f'{size} with {percent_text(p)}' for size, p in sizes.items())}"
         )
     if (wind := result.wind) is None:
         yield "wind velocity: unknown"

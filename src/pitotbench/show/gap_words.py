@@ -11,7 +11,6 @@ from pitotbench.records.verdict import (
     REPORTED_FROM,
     SURE,
     Candidate,
-    Closure,
     FreeSize,
     Gap,
     Located,
@@ -270,7 +269,7 @@ def _doubt(verdict: Verdict) -> str:
 
 def percent(probability: float) -> str:
     """A probability in percent, never reported as more than 99."""
-    return f"{min(100.0 * probability, 99.0):.0f} %"
+    return percent_text(min(probability, 0.99))
 
 
 def _best(verdict: Verdict) -> str:
@@ -286,9 +285,14 @@ def _best(verdict: Verdict) -> str:
 
 def _closed(account: Account) -> str:
     verdict = account.verdict
-    line = f"Adding it closes {closure_percent(verdict.closure)} of the explainable gap of this log"
+    line = (
+        f"Adding it closes {percent_text(verdict.closure.share)} of the explainable gap of this log"
+    )
     if verdict.closure_holdout is not None:
-        line += f", and {closure_percent(verdict.closure_holdout)} of that of {account.holdout}, which was not used"
+        line += (
+            f", and {percent_text(verdict.closure_holdout.share)} of that of {account.holdout}, "
+            "which was not used"
+        )
     return line + "."
 
 
@@ -306,7 +310,7 @@ def closing_sentences(closing: Closing) -> list[str]:
         none = "No gap of the airplane is told that closes 1 % held out"
         return [*cut, f"{name} is not written." if cut else f"{none}: {name} is not written."]
     line = f"{name} is the airplane with what was found of it (rounds: {len(closing.closed)}). "
-    line += f"Its patch closes {min(100.0, 100.0 * closing.closed[-1]):.0f} % of the gap held out"
+    line += f"Its patch closes {percent_text(min(1.0, closing.closed[-1]))} of the gap held out"
     if closing.closure_holdout is not None:
         line += f", and {percent_text(closing.closure_holdout)} of that of the held-out log"
     if verdict.kind == "no_gap":
@@ -337,8 +341,3 @@ def features_limit(features: Sequence[Feature]) -> float:
     """
     least = min((f.freedom for f in features), default=1)
     return float(stdtrit(least, 1.0 - 0.5 * BY_CHANCE / max(len(features), 1)))
-
-
-def closure_percent(closed: Closure) -> str:
-    """A closure in percent."""
-    return percent_text(closed.share)

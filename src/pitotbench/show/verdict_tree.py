@@ -13,7 +13,6 @@ from pitotbench.records.verdict import Check
 from pitotbench.show.calibration import is_doubt
 from pitotbench.show.gap_words import (
     closing_sentences,
-    closure_percent,
     effect_words,
     evidence_words,
     features_limit,
@@ -49,6 +48,7 @@ from pitotbench.show.verdict import (
     noticed,
 )
 from pitotbench.show.words import capital, listed, words
+from pitotbench.units import percent_text
 
 _PLACES = 6  # rows of the table of where the gap is
 _SHORT = 0.02  # of the time within a tolerance: less than two flights of one airplane by chance
@@ -265,12 +265,13 @@ def _shortfall(flown: FlownAgain) -> str:
 def _checks(account: Account) -> list[Check]:
     """The checks of the log, and what is held against the answer."""
     verdict, holdout_closure = account.verdict, account.verdict.closure_holdout
-    share = f"closes {closure_percent(verdict.closure)} of the explainable gap of the log"
+    share = f"closes {percent_text(verdict.closure.share)} of the explainable gap of the log"
     closed = share if verdict.effects else ""
     also = (
         ""
         if holdout_closure is None
-        else f"closes {closure_percent(holdout_closure)} of the explainable gap of {account.holdout}"
+        else f"closes {percent_text(holdout_closure.share)} of the explainable gap of "
+        f"{account.holdout}"
     )
     skipped = account.flown.skipped or "nothing is named"
     fits = "as often as two flights of one airplane" if account.flown.tolerances else ""
